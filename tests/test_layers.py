@@ -102,7 +102,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Processes look for ways on meshes, and on splines.
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
-    # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, where these are installed.
+    # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, in buckets by obstore,
+    # where these are installed.
     **{
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
@@ -114,6 +115,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "ray_engine": ("ray",),
             "report": ("pyarrow",),
             "searching": ("cma", "optuna"),
+            "stores": ("obstore",),
             "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),
         }.items()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from virtualrobot_apps.demos.controllers import command
+from virtualrobot.errors import WrongStateError
+from virtualrobot_apps.demos.controllers import command, run
 
 from tests.apps.test_demo_command import started_demo
 
@@ -31,6 +33,17 @@ def test_three_programs_work_and_the_robot_before_the_box_is_stopped() -> None:
     )
     assert "the log of the feeder's controller has no error\n" in boxed, output
     assert "the packer's controller says: Safetystatus: NORMAL\n" in boxed, output
+
+
+def test_a_program_that_fails_ends_those_that_may_wait_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "packer.py").write_text("import sys; sys.exit('the script is not running')")
+    (tmp_path / "feeder.py").write_text("import time; print('begun', flush=True); time.sleep(1e6)")
+    monkeypatch.setattr(run, "PROGRAMS", tmp_path)
+    with pytest.raises(WrongStateError, match="the program of the packer has failed with code 1: see its words"):
+        run.work({"packer": [], "feeder": []})
+    assert "packer: the script is not running" in capfd.readouterr().out
 
 
 def test_what_the_programs_need_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

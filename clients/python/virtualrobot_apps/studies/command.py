@@ -34,7 +34,9 @@ Examples:
 """
 FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="STUDY.yaml")
 FOLDER = click.option(
-    "--folder", type=click.Path(path_type=Path, file_okay=False), help="Where results are [STUDY, beside the file]."
+    "--folder",
+    metavar="FOLDER",
+    help="Where results are [STUDY, beside the file]; 's3://BUCKET/FOLDER' is one in a bucket.",
 )
 WORKERS = click.option(
     "--workers", type=click.IntRange(0, 1024), help="Worker processes [one for each core]; 0 is this process."
@@ -74,7 +76,7 @@ def new(folder: Path | None) -> None:
 @FOLDER
 @WORKERS
 @ON
-def run(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
+def run(file: Path, folder: str | None, workers: int | None, on: str) -> None:
     """Begin a study and do all its cells; Ctrl-C ends it at once, 'study cancel' after the running blocks.
 
     The exit code is 1 when it is cancelled. Cells that fail are results.
@@ -87,7 +89,7 @@ def run(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
 @FOLDER
 @WORKERS
 @ON
-def resume(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
+def resume(file: Path, folder: str | None, workers: int | None, on: str) -> None:
     """Do the cells that are missing, with the same results as if nothing had happened.
 
     Refused when function, scene, parameters or versions have changed since.
@@ -99,10 +101,10 @@ def resume(file: Path, folder: Path | None, workers: int | None, on: str) -> Non
 @FILE
 @FOLDER
 @click.option("--json", "as_json", is_flag=True, help="Write it as JSON, with the SHA-256 of the results.")
-def status(file: Path, folder: Path | None, as_json: bool) -> None:
+def status(file: Path, folder: str | None, as_json: bool) -> None:
     """Tell how many cells are done and how many have failed, and how long a run that goes on will take."""
     from virtualrobot_apps.studies.parts import Parts
-    from virtualrobot_apps.studies.running import Progress
+    from virtualrobot_apps.studies.running import PROGRESS, Progress
 
     found, where = _found(file, folder)
     parts = Parts(where, found)
@@ -110,10 +112,9 @@ def status(file: Path, folder: Path | None, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"cells": found.cells.count, **counts._asdict(), "sha256": parts.digest()}))
         return
-    told = where / "progress.json"
     ago, left = 0.0, None
-    if counts.done < found.cells.count and told.is_file():
-        document = json.loads(told.read_text("utf-8"))
+    if counts.done < found.cells.count and parts.store.has(PROGRESS):
+        document = json.loads(parts.store.read(PROGRESS))
         ago, left = time.time() - document["at"], document["left"]
     progress = Progress(found.cells.count, *counts, left=left)
     click.echo(_line(progress) + (f", as of {_time(ago)} ago" if left is not None else ""))
@@ -122,11 +123,14 @@ def status(file: Path, folder: Path | None, as_json: bool) -> None:
 @study.command()
 @FILE
 @FOLDER
-def cancel(file: Path, folder: Path | None) -> None:
+def cancel(file: Path, folder: str | None) -> None:
     """End the run of a study after the blocks that are running; it may be resumed."""
+    from virtualrobot_apps.studies.running import CANCEL
+    from virtualrobot_apps.studies.stores import store_of
+
     _, where = _found(file, folder)
     try:
-        (where / "cancel").touch()
+        store_of(where).write(CANCEL, b"")
     except OSError as error:
         raise WrongStateError(f"{where} cannot be written: {error.strerror or error}") from error
     click.echo("its run ends after the blocks that it is at")
@@ -136,15 +140,19 @@ def cancel(file: Path, folder: Path | None) -> None:
 @FILE
 @FOLDER
 @click.option(
-    "--output", type=click.Path(path_type=Path, dir_okay=False), help="File to write [report.html in the folder]."
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="File to write [report.html in the folder; beside the study file for one in a bucket].",
 )
-def report(file: Path, folder: Path | None, output: Path | None) -> None:
+def report(file: Path, folder: str | None, output: Path | None) -> None:
     """Write tables, heat maps, histograms and failures of the cells that are done as one HTML file."""
     from virtualrobot_apps.studies import report as reports
     from virtualrobot_apps.studies.parts import Parts
 
     found, where = _found(file, folder)
-    text, output = reports.report(found, Parts(where, found)), output or where / "report.html"
+    text = reports.report(found, Parts(where, found))
+    if output is None:
+        output = where / "report.html" if isinstance(where, Path) else file.with_name(f"{file.stem}-report.html")
     try:
         output.write_text(text, "utf-8")
     except OSError as error:
@@ -164,7 +172,7 @@ def report(file: Path, folder: Path | None, output: Path | None) -> None:
     is_flag=True,
     help="Write a scene file for each, beside the study's, in which the robot stands as in the cell.",
 )
-def best(file: Path, folder: Path | None, result: str, is_least: bool, count: int, with_scenes: bool) -> None:
+def best(file: Path, folder: str | None, result: str, is_least: bool, count: int, with_scenes: bool) -> None:
     """Tell the best cells by one of the results, and write the scenes of them."""
     from virtualrobot_apps.studies.best import best_cells, scene_of
     from virtualrobot_apps.studies.parts import Parts
@@ -210,16 +218,26 @@ def check_packages() -> None:
         raise WrongStateError(f"studies need {' and '.join(missing)}: pip install 'virtualrobot[studies]'")
 
 
-def _read(file: Path, folder: Path | None) -> tuple[Study, Path]:
+def _read(file: Path, folder: str | None) -> tuple[Study, Path | str]:
     check_packages()
+    from virtualrobot_apps.studies.stores import SCHEME
     from virtualrobot_apps.studies.study_file import read_study
 
-    return read_study(file), folder or file.with_suffix("")
+    if folder is None:
+        return read_study(file), file.with_suffix("")
+    return read_study(file), folder if folder.startswith(SCHEME) else Path(folder)
 
 
-def _found(file: Path, folder: Path | None) -> tuple[Study, Path]:
+def _found(file: Path, folder: str | None) -> tuple[Study, Path | str]:
     study, where = _read(file, folder)
-    if not (where / "study.json").is_file():
+    from virtualrobot_apps.studies.running import STAMP
+    from virtualrobot_apps.studies.stores import store_of
+
+    try:
+        begun = store_of(where).has(STAMP)
+    except OSError as error:
+        raise WrongStateError(f"{where} cannot be read: {error.strerror or error}") from error
+    if not begun:
         raise WrongStateError(f"{where} has no results yet: 'virtualrobot study run {file}' begins them")
     return study, where
 
@@ -241,10 +259,11 @@ def _engine(workers: int | None, on: str) -> Engine:
     return Ray(OWN if on == "ray" else on, workers)
 
 
-def _do(file: Path, folder: Path | None, workers: int | None, on: str, resume: bool) -> None:
+def _do(file: Path, folder: str | None, workers: int | None, on: str, resume: bool) -> None:
     study, where = _read(file, folder)
     from virtualrobot_apps.studies.running import open_job
     from virtualrobot_apps.studies.running import run as run_job
+    from virtualrobot_apps.studies.stores import store_of
 
     job = open_job(study, where, resume)
     try:
@@ -252,7 +271,7 @@ def _do(file: Path, folder: Path | None, workers: int | None, on: str, resume: b
     except KeyboardInterrupt:
         click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
         raise
-    click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {where / 'cells'}")
+    click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {store_of(where).where('cells')}")
     if progress.done < progress.cells:
         click.echo(f"cancelled: 'virtualrobot study resume {file}' goes on", err=True)
         raise SystemExit(1)

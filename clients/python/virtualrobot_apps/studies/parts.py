@@ -1,15 +1,11 @@
-"""Parts of a study: a folder of Parquet files, one for each block of cells that is done. They are the truth.
-
-A part is written under another name and renamed, so it is there whole or not at all.
-"""
+"""Parts of a study: a folder of Parquet files, one for each block of cells that is done. They are the truth."""
 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-import os
-import threading
-import time
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +16,7 @@ from pyarrow import parquet
 from virtualrobot.errors import MalformedFileError
 
 from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.stores import store_of
 from virtualrobot_apps.studies.study_file import NUMBER, RESERVED, Study
 
 _ABOUT = {
@@ -27,8 +24,7 @@ _ABOUT = {
     **{"seconds": pyarrow.float64(), "worker": pyarrow.string()},
 }
 _COUNTED = ("failed", "killed")
-_UNWRITTEN_SECONDS = 3600.0
-"""Age (s) from which a file that is not a part yet won't become one: another run may be at younger ones."""
+_PART = re.compile(r"(\d+)-(\d+)\.parquet")
 
 
 class Counts(NamedTuple):
@@ -42,9 +38,9 @@ class Counts(NamedTuple):
 class Parts:
     """Folder of a study's results: the files that blocks have become, and the table that they make together."""
 
-    def __init__(self, folder: Path, study: Study) -> None:
-        """Name the folder; nothing is read or made yet."""
-        self.folder = folder
+    def __init__(self, folder: Path | str, study: Study) -> None:
+        """Name the folder, a path or `s3://BUCKET/FOLDER`; nothing is read or made yet."""
+        self.store = store_of(folder)
         self._study = study
         kinds = {one.name: not one.is_text for one in study.cells.parameters}
         kinds |= {name: kind == NUMBER for name, kind in study.results}
@@ -53,30 +49,20 @@ class Parts:
 
     def make(self) -> None:
         """Make the folders, without what killed workers have left unwritten; raise OSError where that can't be."""
-        for name in ("cells", "lost"):
-            (self.folder / name).mkdir(parents=True, exist_ok=True)
-        old = time.time() - _UNWRITTEN_SECONDS
-        for file in (*(self.folder / "cells").glob(".*.tmp"), *(self.folder / "lost").glob("*.txt")):
-            if file.stat().st_mtime < old and (file.suffix == ".tmp" or not file.stat().st_size):
-                file.unlink(missing_ok=True)
+        self.store.make()
 
     def trace(self, first: int, last: int) -> Path:
         """Return the file in which a worker that dies in a block leaves where it was."""
-        return self.folder / "lost" / f"{_name(first, last)}.txt"
+        return self.store.scratch() / f"{_name(first, last)}.txt"
 
     def write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Keep the rows of a block, which lie side by side; raise OSError where that can't be."""
-        file = self.folder / "cells" / f"{_name(rows[0]['cell'], rows[-1]['cell'] + 1)}.parquet"
         columns = [pyarrow.array([row.get(one.name) for row in rows], one.type) for one in self._schema]
         counts = {name: str(sum(row["status"] == name for row in rows)) for name in _COUNTED}
         table = pyarrow.Table.from_arrays(columns, schema=self._schema.with_metadata(counts))
-        temporary = file.with_name(f".{file.stem}.{os.getpid()}.{threading.get_ident()}.tmp")
-        try:
-            parquet.write_table(table, temporary, compression="zstd")
-            os.replace(temporary, file)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+        content = io.BytesIO()
+        parquet.write_table(table, content, compression="zstd")
+        self.store.add(f"cells/{_name(rows[0]['cell'], rows[-1]['cell'] + 1)}.parquet", content.getvalue())
 
     def missing(self) -> list[tuple[int, int]]:
         """Return the cells that are in no part, as blocks (first, last) without the last."""
@@ -90,7 +76,7 @@ class Parts:
     def counts(self) -> Counts:
         """Return how many cells are done, and how many of these failed or killed their workers."""
         done = self._study.cells.count - sum(last - first for first, last in self.missing())
-        found = [_file(file).metadata.metadata or {} for _, _, file in self._files()]
+        found = [self._file(part).metadata.metadata or {} for _, _, part in self._files()]
         return Counts(done, *(sum(int(one.get(name.encode(), b"0")) for one in found) for name in _COUNTED))
 
     def table(self) -> pyarrow.Table:
@@ -100,9 +86,9 @@ class Parts:
             MalformedFileError: when a part is damaged.
         """
         tables, next_cell = [self._schema.empty_table()], 0
-        for first, last, file in self._files():
+        for first, last, part in self._files():
             if last > next_cell:
-                tables.append(self._rows(file).slice(max(0, next_cell - first)))
+                tables.append(self._rows(part).slice(max(0, next_cell - first)))
                 next_cell = last
         return pyarrow.concat_tables(tables)
 
@@ -113,9 +99,9 @@ class Parts:
             MalformedFileError: when a part is damaged.
         """
         found = np.full(last - first, np.nan)
-        for begin, end, file in self._files():
+        for begin, end, part in self._files():
             if begin < last and end > first:
-                values = np.asarray(self._rows(file).column(name).to_numpy(), dtype=np.float64)
+                values = np.asarray(self._rows(part).column(name).to_numpy(), dtype=np.float64)
                 here, there = max(begin, first), min(end, last)
                 found[here - first : there - first] = values[here - begin : there - begin]
         return found
@@ -137,31 +123,33 @@ class Parts:
                 total.update(np.ascontiguousarray(column.to_numpy(zero_copy_only=False)).tobytes())
         return total.hexdigest()
 
-    def _files(self) -> Iterator[tuple[int, int, Path]]:
-        """Yield first cell, the one after the last, and file of each part, in order."""
-        for file in sorted((self.folder / "cells").glob("[0-9]*.parquet")):
-            first, _, last = file.stem.partition("-")
-            yield int(first), int(last) + 1, file
+    def _files(self) -> Iterator[tuple[int, int, str]]:
+        """Yield first cell, the one after the last, and name of each part, in order."""
+        for name in self.store.names("cells"):
+            if found := _PART.fullmatch(name):
+                yield int(found[1]), int(found[2]) + 1, f"cells/{name}"
 
-    def _rows(self, file: Path) -> pyarrow.Table:
+    def _rows(self, part: str) -> pyarrow.Table:
+        file = self._file(part)
         try:
-            rows = _file(file).read().replace_schema_metadata(None)
+            rows = file.read().replace_schema_metadata(None)
         except (OSError, pyarrow.ArrowException) as error:
-            raise _damaged(file, error) from error
+            raise self._damaged(part, error) from error
         if not rows.schema.equals(self._schema):
-            raise MalformedFileError(f"{file} has other columns than the parameters and results of {self._study.file}")
+            raise MalformedFileError(
+                f"{self.store.where(part)} has other columns than the parameters and results of {self._study.file}"
+            )
         return rows
 
+    def _file(self, part: str) -> parquet.ParquetFile:
+        content = self.store.open(part)
+        try:
+            return parquet.ParquetFile(content)
+        except (OSError, pyarrow.ArrowException) as error:
+            raise self._damaged(part, error) from error
 
-def _file(file: Path) -> parquet.ParquetFile:
-    try:
-        return parquet.ParquetFile(file)
-    except (OSError, pyarrow.ArrowException) as error:
-        raise _damaged(file, error) from error
-
-
-def _damaged(file: Path, error: Exception) -> MalformedFileError:
-    return MalformedFileError(f"{file} is damaged ({error}): delete it and resume the study")
+    def _damaged(self, part: str, error: Exception) -> MalformedFileError:
+        return MalformedFileError(f"{self.store.where(part)} is damaged ({error}): delete it and resume the study")
 
 
 def _name(first: int, last: int) -> str:

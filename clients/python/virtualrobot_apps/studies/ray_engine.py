@@ -1,6 +1,7 @@
 """Ray cluster as an engine: blocks are its tasks, and their parts are written where they are done.
 
-So all its nodes see the study's files and its folder at the same paths, and have the same packages. Nothing else goes
+So all its nodes see the study's files and its folder, if that is in no bucket, at the same paths, and have the same
+packages. Nothing else goes
 from node to node, and what Ray forgets as a node dies is in the folder already.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from virtualrobot.errors import WrongStateError
@@ -68,7 +70,8 @@ class Ray:
         exceptions = self._ray.exceptions
         # A task that is lost isn't done again by Ray: the block is to be halved.
         task = self._ray.remote(num_cpus=1, max_retries=0)(work)
-        job = replace(job, folder=job.folder.absolute())
+        if isinstance(job.folder, Path):
+            job = replace(job, folder=job.folder.absolute())
         running: dict[Any, Block] = {}
         try:
             while True:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -20,6 +19,7 @@ from virtualrobot_apps.studies import functions
 from virtualrobot_apps.studies.engines import Engine, Lost
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.plans import plan_of
+from virtualrobot_apps.studies.stores import Store
 from virtualrobot_apps.studies.study_file import Study
 from virtualrobot_apps.studies.work import KILLED, Block, Done, Job, prepare, row, source_of
 
@@ -28,6 +28,8 @@ ATTEMPTS = 3
 _MOST_DEATHS = 40
 """Deaths of workers without a single block that was done, after which it isn't cells that kill them."""
 _LEAST_BLOCKS = 3
+STAMP, PROGRESS, CANCEL = "study.json", "progress.json", "cancel"
+"""Files beside the cells: what they have in common, what is left, and that somebody wants it to end."""
 _TOLD_SECONDS = 1.0
 
 
@@ -92,17 +94,20 @@ class Pace:
         return max(0.0, cells * mean - off) / at_once, (cells * mean + off) / at_once
 
 
-def open_job(study: Study, folder: Path, resume: bool) -> Job:
-    """Return the job of a study whose folder is made, or found again as this study's.
+def open_job(study: Study, folder: Path | str, resume: bool) -> Job:
+    """Return the job of a study whose folder (a path or `s3://BUCKET/FOLDER`) is made, or found again as this study's.
 
     Raises:
         WrongStateError: when the folder can't be written, has results already (run) or none (resume), or those of
             another study, function, scene or version.
         VirtualRobotError: when the function isn't there, or fails as it is imported.
     """
-    parts, stamp = Parts(folder, study), folder / "study.json"
+    parts = Parts(folder, study)
     job = Job(study, folder, source_of(study), functions.versions())
-    begun = stamp.is_file()
+    try:
+        begun = parts.store.has(STAMP)
+    except OSError as error:
+        raise WrongStateError(f"{folder} cannot be read: {error.strerror or error}") from error
     if resume and not begun:
         raise WrongStateError(f"{folder} has no results to go on from: 'virtualrobot study run' begins them")
     if begun and not resume:
@@ -112,12 +117,12 @@ def open_job(study: Study, folder: Path, resume: bool) -> Job:
             "--folder begins elsewhere"
         )
     if begun:
-        _check_same(_marks(job), stamp, folder)
+        _check_same(_marks(job), parts.store, folder)
     try:
         parts.make()
         if not begun:
-            _replace(stamp, _marks(job))
-        (folder / "cancel").unlink(missing_ok=True)
+            parts.store.write(STAMP, _written(_marks(job)))
+        parts.store.remove(CANCEL)
     except OSError as error:
         raise WrongStateError(f"{folder} cannot be written: {error.strerror or error}") from error
     return job
@@ -138,10 +143,9 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     plan = plan_of(study, parts)
     pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
     progress = Progress(study.cells.count, *parts.counts())
-    cancel = job.folder / "cancel"
 
     def following() -> Block | None:
-        return None if cancel.exists() else plan.following()
+        return None if parts.store.has(CANCEL) else plan.following()
 
     try:
         if progress.done < progress.cells:
@@ -175,7 +179,7 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                 progress = replace(progress, left=pace.left(progress.cells - progress.done))
                 if time.monotonic() - told >= _TOLD_SECONDS:
                     told = time.monotonic()
-                    _replace(job.folder / "progress.json", {"at": time.time(), "left": progress.left})
+                    parts.store.write(PROGRESS, _written({"at": time.time(), "left": progress.left}))
                 tell(progress)
     except OSError as error:
         said = error.strerror or error
@@ -220,12 +224,12 @@ def _marks(job: Job) -> dict[str, Any]:
     return json.loads(json.dumps(marks))
 
 
-def _check_same(marks: dict[str, Any], stamp: Path, folder: Path) -> None:
+def _check_same(marks: dict[str, Any], store: Store, folder: Path | str) -> None:
     try:
-        begun = json.loads(stamp.read_text("utf-8"))
+        begun = json.loads(store.read(STAMP))
         changed = [name for name in marks if begun[name] != marks[name]]
     except (ValueError, KeyError, TypeError) as error:
-        raise MalformedFileError(f"{stamp} is damaged: {error!r}") from error
+        raise MalformedFileError(f"{store.where(STAMP)} is damaged: {error!r}") from error
     if not changed:
         return
     name = changed[0]
@@ -245,7 +249,5 @@ def _worded(value: object) -> str:
     return ", ".join(f"{name} {one}" for name, one in value.items()) if isinstance(value, dict) else repr(value)
 
 
-def _replace(file: Path, document: object) -> None:
-    temporary = file.with_name(f".{file.name}.{os.getpid()}.tmp")
-    temporary.write_text(json.dumps(document, indent=1), "utf-8")
-    os.replace(temporary, file)
+def _written(document: object) -> bytes:
+    return json.dumps(document, indent=1).encode()

@@ -55,13 +55,13 @@ class Job:
 
     Attributes:
         study: as its file says it.
-        folder: where its results go.
+        folder: where its results go, a path or `s3://BUCKET/FOLDER`.
         source: digest of its functions, which a worker's own must have.
         versions: of packages; the same.
     """
 
     study: Study
-    folder: Path
+    folder: Path | str
     source: str
     versions: Mapping[str, str]
 
@@ -128,7 +128,7 @@ def _told(versions: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
-_prepared: dict[tuple[Study, Path, str], tuple[Callable[..., Any], Any]] = {}
+_prepared: dict[tuple[Study, Path | str, str], tuple[Callable[..., Any], Any]] = {}
 """The last study's function in this process, and what its setup has made."""
 
 

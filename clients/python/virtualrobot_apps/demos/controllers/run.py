@@ -6,6 +6,7 @@ The programs, in `programs/`, know nothing of virtualrobot: they get addresses o
 from __future__ import annotations
 
 import functools
+import queue
 import socket
 import subprocess
 import sys
@@ -19,6 +20,7 @@ import virtualrobot
 from abb_robot_client.rws import RWS
 from dashboard_client import DashboardClient
 from virtualrobot import Client, pose
+from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.demos.twin.controllers import Controller, universal_robots
 from virtualrobot_apps.demos.viewer import show_viewer
@@ -98,29 +100,35 @@ def safety(host: str) -> str:
 
 
 def work(arguments: Mapping[str, Iterable[str]]) -> None:
-    """Run the programs side by side, by name, with what each is told; show what they print until all have ended."""
+    """Run the programs side by side, by name, with what each is told; show what they print until all have ended.
+
+    Raises:
+        WrongStateError: when one fails: the others, which may wait for it for ever, are ended.
+    """
     with ExitStack() as stack:
-        running: list[subprocess.Popen[str]] = []
-        showing: list[threading.Thread] = []
-        stack.callback(lambda: [one.kill() for one in running])
+        ended: queue.SimpleQueue[str] = queue.SimpleQueue()
+        running: dict[str, subprocess.Popen[str]] = {}
         for name, words in arguments.items():
             command = [sys.executable, "-u", str(PROGRAMS / f"{name}.py"), *words]
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            running.append(stack.enter_context(process))
-            showing.append(threading.Thread(target=_show_all, args=(name, process), name=f"words of {name}"))
-            showing[-1].start()
-        for one in showing:
-            one.join()
+            running[name] = stack.enter_context(process)
+            stack.callback(process.kill)
+            threading.Thread(target=_show_all, args=(name, process, ended), name=f"words of {name}").start()
+        for _ in arguments:
+            name = ended.get()
+            if code := running[name].wait():
+                raise WrongStateError(f"the program of the {name} has failed with code {code}: see its words above")
 
 
 def _show(name: str, line: str) -> None:
     print(f"{name}: {line.rstrip()}", flush=True)
 
 
-def _show_all(name: str, process: subprocess.Popen[str]) -> None:
+def _show_all(name: str, process: subprocess.Popen[str], ended: queue.SimpleQueue[str]) -> None:
     assert process.stdout is not None
     for line in process.stdout:
         _show(name, line)
+    ended.put(name)
 
 
 def _free_port() -> int:
