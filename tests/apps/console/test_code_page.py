@@ -179,7 +179,7 @@ def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
 
 def test_a_script_moves_the_robot_that_is_chosen(desk: Desk) -> None:
     """Where the kernel's time stands still that is refused, since a controller's goes on; an arm of its own moves."""
-    desk.write('def there():\n  movej([0, -1.4, 1.4, -1.5, -1.4, 0.1], a=10, v=3)\n  textmsg("there")\nend\n', "there.script")
+    desk.write('def there():\n  movej([0, -1.4, 1.4, -1.5, -1.4, 0.1])\n  textmsg("there")\nend\n', "there.script")
     desk.robot("arm")
     desk.page.locator("#run-code").click()
     desk.says("time stands still, and nothing would move")
@@ -192,12 +192,14 @@ def test_a_robot_is_followed_and_stops_with_the_page(desk: Desk) -> None:
     desk.write(MOVES)
     desk.robot("arm")
     arm = desk.client.robot("arm")
+    desk.page.mouse.move(500.0, 250.0)
+    desk.page.mouse.wheel(0.0, 1500.0)  # from farther away: all of the robot is in the view
     plain = desk.blue()
     with repeated(lambda: desk.client.clock.step(4)):
         desk.page.locator("#run-code").click()
         until(lambda: "high" in "".join(desk.lines("motion")))
         # The way of the tool that is planned is drawn, and where it ends.
-        until(lambda: desk.blue() > plain + 200)
+        until(lambda: desk.blue() > plain + 20)
         until(lambda: "low" in "".join(desk.lines("motion")))
         # Another page can't have the same robot meanwhile: its program ends by the kernel's words.
         with connect(f"{desk.console.url.replace('http', 'ws')}/editor") as other:

@@ -171,7 +171,7 @@ class ScriptLaunch:
         self.tasks = [self._task]
 
     def run(self) -> None:
-        """Run it until the arm has come to rest; raises VirtualRobotError with the controller's words, or TaskStopped."""
+        """Run it until the arm rests; raises VirtualRobotError with the controller's words, or TaskStopped."""
         controller = self._controller
         controller.play(self._program)
         due = time.monotonic()
