@@ -1,7 +1,8 @@
 """Build the picking program of a language: `python tools/build_client.py cpp|go|java FOLDER`, and print how it is run.
 
 Stubs are made of the contract by the language's generator, compiled, and linked with the program, all below FOLDER.
-What of C++ is there and newer than its source stays. `tools/install_toolchains.sh` brings compilers and libraries.
+What of C++ and Java is there and newer than its source stays. `tools/install_toolchains.sh` brings compilers and
+libraries.
 """
 
 from __future__ import annotations
@@ -64,6 +65,19 @@ def needed(names: Iterable[str]) -> set[str]:
     return found
 
 
+def included(source: Path) -> str:
+    """Return the lines that make a generated C++ file part of another one: two of its names are those of all others."""
+    own = source.name.replace(".", "_")
+    names = ("schemas", "file_default_instances")
+    return "".join(
+        (
+            *(f"#define {name} {name}_{own}\n" for name in names),
+            f'#include "{source}"\n',
+            *(f"#undef {name}\n" for name in names),
+        )
+    )
+
+
 def cpp(folder: Path) -> list[str]:
     """Build the C++ program; only the messages and services that it needs are compiled."""
     stubs, objects, program = folder / "stubs", folder / "objects", folder / "pick"
@@ -79,15 +93,19 @@ def cpp(folder: Path) -> list[str]:
     compiled = [stubs / f"{name}.pb.cc" for name in (*messages, "google/rpc/error_details")]
     compiled += [stubs / f"virtualrobot/v1/{service}.grpc.pb.cc" for service in SERVICES]
     flags = ("g++", "-std=c++17", "-O0", f"-I{stubs}")
+    # Headers take most of the time: files are compiled together, in as many parts as there are cores.
+    parts = os.cpu_count() or 1
+    together = [compiled[first::parts] for first in range(parts)]
 
-    def compile_one(source: Path) -> Path:
-        made = objects / f"{source.name}.o"
-        if not is_fresh(made, [source]):
+    def compile_some(number: int) -> Path:
+        source, made = objects / f"{number}.cc", objects / f"{number}.o"
+        if not is_fresh(made, together[number]):
+            source.write_text("".join(map(included, together[number])), "utf-8")
             run(*flags, "-c", source, "-o", made)
         return made
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        linked = list(pool.map(compile_one, compiled))
+    with ThreadPoolExecutor() as pool:
+        linked = list(pool.map(compile_some, range(len(together))))
     main = CLIENTS / "cpp" / "pick.cpp"
     if not is_fresh(program, [main, *linked]):
         libraries = run("pkg-config", "--libs", "grpc++", "protobuf").split()
@@ -114,24 +132,27 @@ def go(folder: Path) -> list[str]:
 
 
 def java(folder: Path) -> list[str]:
-    """Build the Java program; the copy of the contract says that each message is a class of its own."""
+    """Build the Java program; the copy of the contract says that each message is a class of its own.
+
+    Only the classes that it needs, and those that these need, are compiled.
+    """
     contract, stubs, classes = folder / "proto", folder / "stubs", folder / "classes"
-    for each in (contract, stubs, classes):
-        shutil.rmtree(each, ignore_errors=True)
-        each.mkdir()
-    for file in sorted(CONTRACT.rglob("*.proto")):
-        copy = contract / file.relative_to(CONTRACT)
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        package = "package virtualrobot.v1;"
-        options = f'option java_multiple_files = true;\noption java_outer_classname = "{file.stem.title()}Proto";'
-        copy.write_text(file.read_text("utf-8").replace(package, f"{package}\n{options}", 1), "utf-8")
-    plugin = shutil.which("grpc_java_plugin")
-    options = (f"--java_out={stubs}", f"--grpc-java_out={stubs}", f"--plugin=protoc-gen-grpc-java={plugin}")
-    protoc((contract, GOOGLE), *options)
+    main = CLIENTS / "java" / "Pick.java"
     libraries = os.pathsep.join(f"/usr/share/java/{jar}.jar" for jar in JARS)
-    sources = folder / "sources"
-    sources.write_text("\n".join(map(str, stubs.rglob("*.java"))), "utf-8")
-    run("javac", "-nowarn", "-cp", libraries, "-d", classes, f"@{sources}", CLIENTS / "java" / "Pick.java")
+    if not is_fresh(classes / "Pick.class", [main, *CONTRACT.rglob("*.proto"), *GOOGLE.rglob("*.proto")]):
+        for each in (contract, stubs, classes):
+            shutil.rmtree(each, ignore_errors=True)
+            each.mkdir()
+        for file in sorted(CONTRACT.rglob("*.proto")):
+            copy = contract / file.relative_to(CONTRACT)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            package = "package virtualrobot.v1;"
+            options = f'option java_multiple_files = true;\noption java_outer_classname = "{file.stem.title()}Proto";'
+            copy.write_text(file.read_text("utf-8").replace(package, f"{package}\n{options}", 1), "utf-8")
+        plugin = shutil.which("grpc_java_plugin")
+        options = (f"--java_out={stubs}", f"--grpc-java_out={stubs}", f"--plugin=protoc-gen-grpc-java={plugin}")
+        protoc((contract, GOOGLE), *options)
+        run("javac", "-nowarn", "-proc:none", "-cp", libraries, "-sourcepath", stubs, "-d", classes, main)
     return ["java", "-cp", f"{classes}{os.pathsep}{libraries}", "Pick"]
 
 

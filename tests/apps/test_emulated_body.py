@@ -94,3 +94,23 @@ def test_the_twin_follows_again_after_a_halt_and_after_a_complaint(kernel: Kerne
         with arm.stream("position", preempt=True, timeout=60.0) as other:
             twin.follow(np.full(7, 0.2))
             assert twin.complaint.startswith(f"'arm' moves in '{other.motion.id}'")
+
+
+@pytest.mark.long
+def test_the_twin_goes_no_faster_than_the_clock_of_its_kernel(kernel: KernelProcess, stubs: Stubs) -> None:
+    """A kernel at a fifth of real time, as on a busy machine: a way at 0.8 of the greatest speed is gone whole."""
+    with virtualrobot.connect(kernel.address) as client:
+        arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm")
+        client.clock.set_realtime(0.2)
+        twin, goal, cycles = Twin(arm), np.zeros(7), 0
+        begin = twin.read()[0]
+        speed = 0.8 * min(limit.velocity for limit in arm.limits.values())
+        while goal[0] < 2.5:
+            # It begins at rest, and does not jump.
+            cycles += 1
+            goal[0] += CYCLE * speed * min(1.0, cycles / 50.0)
+            twin.follow(begin + goal)
+            assert twin.complaint == ""
+            threading.Event().wait(CYCLE)
+            twin.advance(CYCLE)
+        twin.close()

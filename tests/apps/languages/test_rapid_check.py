@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from virtualrobot.cli.program import run
 from virtualrobot_apps.languages.rapid.command import rapid
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS
 from virtualrobot_apps.languages.rapid.table import BUILTINS, lacking_names
@@ -41,6 +42,13 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
         ("VAR pos p := [1,2,TRUE];", "z of a pos must be a num, not a bool"),
         ("VAR positon p;", "there is no type 'positon' here"),
         ("GOTO nowhere;", "there is no label 'nowhere' here"),
+        (
+            "MoveJ [[1,2,3],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]], v100, fine, tGrip;",
+            "'tGrip' is not declared",
+        ),
+        ('TPWrite "a\0b";', "the character '\\x00' can't stand in a text"),
+        ("\0\0\0", "the character '\\x00' can't stand here, nor can the 2 after it"),
+        ("reg1 := 1E400;", "the number 1E400 is too great"),
         ("RETRY;", "RETRY stands in error handlers alone"),
         ("RAISE;", "RAISE needs the number of an error here"),
         ("RETURN 3;", "RETURN of a PROC takes no value"),
@@ -53,6 +61,37 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
 )
 def test_one_fault_is_one_message_that_names_what_is_wrong(statements: str, expected: str) -> None:
     assert fault_of(statements).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("statements", "expected"),
+    [
+        ("reg1 := " + "(" * 5000 + "1" + ")" * 5000 + "; TPWrite 1;", "this is nested deeper than 90 levels"),
+        ("reg1 := " + "1+" * 5000 + "1; TPWrite 1;", "more than 200 operators are in a row here"),
+        ("IF TRUE " * 100 + 'TPWrite "x"; TPWrite 1;', "this is nested deeper than 90 levels"),
+    ],
+)
+def test_what_is_nested_too_deeply_is_told_and_the_next_statement_is_looked_at(statements: str, expected: str) -> None:
+    first, second = faults(f"MODULE Tried PROC main() {statements} ENDPROC ENDMODULE")
+    assert first.endswith(expected)
+    assert second.endswith("String of TPWrite must be a string, not a num")
+
+
+def test_loops_within_each_other_that_are_too_many_have_a_line() -> None:
+    lines = "WHILE TRUE DO\n" * 40 + "ENDWHILE\n" * 40
+    (fault,) = faults(f"MODULE Tried PROC main()\n{lines} ENDPROC ENDMODULE")
+    assert fault == "22:1: too many loops and conditions are nested within each other here"
+
+
+def test_tools_and_work_objects_that_are_held_otherwise_are_told_before_anything_moves() -> None:
+    data = """
+        PERS tooldata torch := [FALSE, [[0, 0, 0], [1, 0, 0, 0]], [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]];
+        PERS wobjdata plate := [FALSE, FALSE, "STN1", [[0, 0, 0], [1, 0, 0, 0]], [[0, 0, 0], [1, 0, 0, 0]]];
+        VAR robtarget there;"""
+    move = r"MoveJ there, v100, fine, torch \WObj:=plate;"
+    first, second = faults(f"MODULE Tried {data} PROC main() {move} ENDPROC ENDMODULE")
+    assert first.endswith("a stationary tool (robhold FALSE) can't be used here yet")
+    assert second.endswith("a work object on a mechanical unit (ufprog FALSE) can't be used here yet")
 
 
 def test_declarations_are_looked_at_in_all_modules() -> None:
@@ -107,6 +146,14 @@ def test_local_names_are_those_of_their_module() -> None:
         """
     )
     assert found == ["6:5: 'spare' is not declared"]
+
+
+def test_the_command_for_yaml_names_that_for_rapid(tmp_path: Path) -> None:
+    file = tmp_path / "job.mod"
+    file.write_text("MODULE Job ENDMODULE")
+    result = CliRunner().invoke(run, [str(file), "--check"])
+    assert result.exit_code == 2
+    assert f"write 'virtualrobot rapid check {file} --run'" in result.output.replace("\n", " ")
 
 
 def test_modules_see_each_other_and_data_may_be_told_later() -> None:

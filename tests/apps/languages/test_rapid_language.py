@@ -92,6 +92,21 @@ def test_loops_and_tests() -> None:
     ) == ["3", "2", "1", "0", "0.5", "1", "b or c", "3"]
 
 
+@pytest.mark.parametrize("handler", ["", "ERROR RETRY;"])
+def test_conditions_and_tests_have_any_number_of_arms(handler: str) -> None:
+    arms = "".join(f'ELSEIF reg1 = {number} THEN TPWrite "arm {number}"; ' for number in range(300))
+    cases = "".join(f'CASE {number}, -{number + 1}: TPWrite "case {number}"; ' for number in range(300))
+    test = f"TEST reg1 {cases} DEFAULT: TPWrite ValToStr(reg1); ENDTEST"
+    choice = f'IF reg1 = -1 THEN TPWrite "no"; {arms} ELSE TPWrite "none"; ENDIF {test}'
+    said = main_prints(f"one 299; one 300; {handler}", f"PROC one(num n) reg1 := n; {choice} {handler} ENDPROC")
+    assert said == ["arm 299", "case 299", "none", "300"]
+
+
+def test_a_condition_whose_second_arm_fails_is_left_out_whole() -> None:
+    arms = 'IF reg1 = 1 THEN TPWrite "a"; ELSEIF 1 / reg1 = 1 THEN TPWrite "b"; ELSE TPWrite "c"; ENDIF'
+    assert main_prints(f'{arms} TPWrite "after"; ERROR TRYNEXT;') == ["after"]
+
+
 def test_late_binding_finds_procedures_by_name() -> None:
     more = r"""
     PROC job1(num a) TPWrite "one" \Num:=a; ENDPROC
@@ -161,7 +176,8 @@ def test_an_error_without_a_handler_ends_the_program_with_its_line_and_the_way_t
     [
         ("VAR num a{3}; a{4} := 1;", "ERR_OUTOFBND: the index 4 is outside 1 to 3"),
         ("VAR num a{3}; reg1 := a{0};", "ERR_OUTOFBND: the index 0 is outside 1 to 3"),
-        ("VAR num a{1000001};", "ERR_INVDIM: an array has 1 to 1,000,000 elements along a dimension, not 1000001"),
+        ("VAR num a{1000001};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 1000001"),
+        ("VAR num a{10000,10000};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 10000 times 10000"),
         ("RAISE 91;", "ERR_ILLRAISE: RAISE takes a number from 1 to 90, or one of BookErrNo, not 91"),
         ('%"nowhere"%;', "ERR_REFUNKPRC: there is no procedure 'nowhere'"),
         ("reg1 := Sqrt(-1);", "ERR_ARGVALERR: -1 is outside its domain"),

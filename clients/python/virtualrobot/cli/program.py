@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from virtualrobot.cli.move import follow, show_notes
@@ -21,6 +23,11 @@ Example of a FILE; names are those of MotionSpec in the contract:
             point_to_point: {joints: {joint_positions: {joint_1: 0.5}}}
     - wait_signal: {condition: {signal: part, value: {boolean: true}}, timeout_seconds: 5}
 """
+LANGUAGES = {
+    **dict.fromkeys((".mod", ".modx", ".prg", ".sys", ".sysx"), "rapid"),
+    ".rpl": "rapl",
+}
+"""Commands for programs of controllers' own languages, by what the names of their files end with."""
 
 
 @click.command(epilog=_EXAMPLE)
@@ -54,6 +61,10 @@ def run(
 
     All steps are planned before anything moves. What the planner makes other than it was asked to is told.
     """
+    language = LANGUAGES.get(Path(file).suffix.lower())
+    if language is not None:
+        verb = f"check {file} --run" if check else f"run {file}"
+        raise click.UsageError(f"{file} is no YAML; write 'virtualrobot {language} {verb}'")
     if limits_only and not check:
         raise click.UsageError("--limits-only goes with --check")
     with target.connect() as client:

@@ -21,6 +21,10 @@ from virtualrobot.robots.robot import Robot
 Floats: TypeAlias = NDArray[np.float64]
 
 
+AHEAD_SECONDS = 0.02
+"""Time (s) by which setpoints may be ahead of a twin's own clock; the kernel allows 0.05 s at the greatest speed."""
+WAIT_SECONDS = 0.05
+"""Longest time (s) that a cycle waits for that clock: a controller answers its clients all the same."""
 SETTLED = 1e-6
 """Distance and velocity (rad, m, per s) below which a joint of a simulated arm is at its setpoint, at rest."""
 
@@ -198,6 +202,8 @@ class Twin:
         self.sliding = tuple(types[name] == "prismatic" for name in self.joint_names)
         self.complaint = ""
         self._state = robot.state
+        self._news = threading.Condition()
+        self._ahead, self._since = 0.0, 0.0
         threading.Thread(target=self._watch, name=f"states of {robot.name}", daemon=True).start()
 
     def read(self) -> tuple[Floats, Floats]:
@@ -249,7 +255,15 @@ class Twin:
         return self._stream is None and (self._motion is None or self._motion.phase.ended)
 
     def advance(self, seconds: float) -> None:
-        """Leave time to the kernel, which has its own."""
+        """Leave time to the kernel; while it is slower than the wall clock, cycles of an arm that moves wait for it."""
+        with self._news:
+            now = self._state.stamp.simulation_time
+            # At rest nothing tells of time, and nothing can be too fast.
+            moves = self._stream is not None and np.any(self._state.velocities)
+            self._ahead = max(0.0, self._ahead + seconds - (now - self._since)) if moves else 0.0
+            self._since = now
+            if self._ahead > AHEAD_SECONDS:
+                self._news.wait(WAIT_SECONDS)
 
     def close(self) -> None:
         """Stop the robot if it follows."""
@@ -259,7 +273,9 @@ class Twin:
     def _watch(self) -> None:
         try:
             for state in self._robot.watch(max_rate=250.0):
-                self._state = state
+                with self._news:
+                    self._state = state
+                    self._news.notify_all()
                 if self._closed:
                     return
         except VirtualRobotError as error:

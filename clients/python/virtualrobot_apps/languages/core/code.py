@@ -6,13 +6,20 @@ import ast
 from collections.abc import Sequence
 from types import CodeType
 
+from virtualrobot_apps.languages.core.diagnostics import Diagnostic, ProgramError
 from virtualrobot_apps.languages.core.source import Source
 
 
 def compiled(lines: Sequence[str], places: Sequence[int], source: Source) -> CodeType:
-    """Return the code of lines of Python; `places` has the line of the source that each of them comes from."""
-    parsed = ast.parse("\n".join(lines) or "pass")
+    """Return the code of lines of Python; `places` has the line of the source that each of them comes from.
+
+    Raises ProgramError where more is nested than Python takes.
+    """
     numbers = [*places, 1]
+    try:
+        parsed = ast.parse("\n".join(lines) or "pass")
+    except SyntaxError as error:
+        raise _too_deep(source, numbers[(error.lineno or 1) - 1]) from error
     # As ast.walk does, in a third of the time.
     waiting: list[ast.AST] = [parsed]
     while waiting:
@@ -26,4 +33,12 @@ def compiled(lines: Sequence[str], places: Sequence[int], source: Source) -> Cod
         if "lineno" in fields:
             fields["lineno"] = fields["end_lineno"] = numbers[fields["lineno"] - 1]
             fields["col_offset"] = fields["end_col_offset"] = 0
-    return compile(parsed, source.file, "exec")
+    try:
+        return compile(parsed, source.file, "exec")
+    except SyntaxError as error:
+        raise _too_deep(source, error.lineno or 1) from error
+
+
+def _too_deep(source: Source, line: int) -> ProgramError:
+    said = "too many loops and conditions are nested within each other here"
+    return ProgramError([Diagnostic(source.file, line, 1, said)])

@@ -34,14 +34,18 @@ class Failed(Exception):
     """End of what is being parsed; the fault is told already."""
 
 
+DEEPEST = 90
+"""Number of statements, brackets and signs within each other beyond which a program is refused."""
+
+
 class WordReader:
-    """Words of one source and the number of the next one."""
+    """Words of one source, the number of the next one, and how deep within others what is being parsed is."""
 
     def __init__(self, source: Source, diagnostics: Diagnostics, words: Words) -> None:
         """Begin at the first word."""
         self.source, self.diagnostics = source, diagnostics
         self.kinds, self.values, self.starts, self.ends = words.kinds, words.values, words.starts, words.ends
-        self.next = 0
+        self.next = self.depth = 0
 
     @property
     def kind(self) -> str:
@@ -59,6 +63,13 @@ class WordReader:
         found = value if self.kind == "newline" or self.next == len(self.kinds) - 1 else repr(value)
         self.diagnostics.add(self.source, self.at, f"{what} is expected here, not {found}")
         raise Failed
+
+    def deepen(self) -> None:
+        """Go into something, which takes 1 from `depth` at its end; tell where that is too deep."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            self.diagnostics.add(self.source, self.at, f"this is nested deeper than {DEEPEST} levels")
+            raise Failed
 
     def eat(self, kind: str, what: str = "") -> str:
         """Take a word of this kind and return it as written."""

@@ -6,6 +6,9 @@ Priorities are those of ABB's *Basic Characteristics RAPID* 7.7: `* / DIV MOD`, 
 
 from __future__ import annotations
 
+from math import isinf
+
+from virtualrobot_apps.languages.core.words import Failed
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.lexer import number_value, text_value
 from virtualrobot_apps.languages.rapid.words import RapidReader
@@ -18,6 +21,8 @@ PRIORITIES = {
     **dict.fromkeys(("*", "/", "div", "mod"), 5),
 }
 """Strength with which each operator binds."""
+LONGEST = 200
+"""Number of operators in a row beyond which an expression is refused."""
 
 
 class ExpressionParser(RapidReader):
@@ -28,14 +33,22 @@ class ExpressionParser(RapidReader):
         kind, at = self.kinds[self.next], self.starts[self.next]
         if kind == "not":
             self.next += 1
+            self.deepen()
             left: tree.Expression = tree.Unary(at, "not", self.expression(1))
+            self.depth -= 1
         elif kind in ("+", "-"):
             self.next += 1
+            self.deepen()
             left = tree.Unary(at, kind, self.expression(4))
+            self.depth -= 1
         else:
             left = self.primary()
+        count = 0
         while (priority := PRIORITIES.get(operator := self.kinds[self.next], 0)) > least:
-            at = self.starts[self.next]
+            at, count = self.starts[self.next], count + 1
+            if count > LONGEST:
+                self.diagnostics.add(self.source, at, f"more than {LONGEST} operators are in a row here")
+                raise Failed
             self.next += 1
             left = tree.Binary(at, operator, left, self.expression(priority))
         return left
@@ -54,13 +67,18 @@ class ExpressionParser(RapidReader):
         if kind == "name":
             self.next += 1
             if self.take("("):
+                self.deepen()
                 call = tree.Call(at, value, self.arguments(")"))
+                self.depth -= 1
                 self.eat(")", "',' or ')'")
                 return self.parts(call)
             return self.parts(tree.Name(at, value))
         if kind == "number":
             self.next += 1
-            return tree.Number(at, number_value(value), value)
+            number = number_value(value)
+            if isinf(number):
+                self.diagnostics.add(self.source, at, f"the number {value} is too great")
+            return tree.Number(at, number, value)
         if kind == "text":
             self.next += 1
             return tree.Text(at, text_value(value))
@@ -69,10 +87,15 @@ class ExpressionParser(RapidReader):
             return tree.Truth(at, kind == "true")
         if kind == "[":
             self.next += 1
-            return tree.Aggregate(at, self.expressions("]"))
+            self.deepen()
+            items = self.expressions("]")
+            self.depth -= 1
+            return tree.Aggregate(at, items)
         if kind == "(":
             self.next += 1
+            self.deepen()
             inner = self.expression()
+            self.depth -= 1
             self.eat(")")
             return inner
         self.fail("a value")

@@ -241,33 +241,39 @@ class Generator(Values):
         return name
 
     def _if(self, node: tree.If) -> None:
-        self._arms(node, 0)
-
-    def _arms(self, node: tree.If, number: int) -> None:
-        """Write the arms of IF from one on, each in the else of the one before, so that a guard has its place."""
-        condition, body = node.arms[number]
-        line = self._line
-        value = self._value(self.value(condition))
-        if value != self.value(condition):
-            self._put(f"if {value} is SKIPPED: pass")
-            self._put(f"elif {value}:")
-        else:
-            self._put(f"if {value}:")
-        self._depth += 1
-        self._block(body)
-        self._depth -= 1
-        if number + 1 < len(node.arms):
-            self._line = self.source.line(node.arms[number + 1][0].at)
-            self._put("else:")
+        line, otherwise = self._line, "else"
+        tests = [self.value(condition) for condition, _ in node.arms]
+        if self._guarded and not self.in_handler:
+            chosen = self._chosen(node, tests)
+            otherwise = f"elif {chosen} == 0"
+            tests = [f"{chosen} == {number}" for number in range(1, len(tests) + 1)]
+        for number, (condition, body) in enumerate(node.arms):
+            self._line = self.source.line(condition.at) if number else line
+            self._put(f"{'elif' if number else 'if'} {tests[number]}:")
             self._depth += 1
-            self._arms(node, number + 1)
+            self._block(body)
             self._depth -= 1
-        elif node.otherwise is not None:
-            self._put("else:")
+        if node.otherwise is not None:
+            self._put(f"{otherwise}:")
             self._depth += 1
             self._block(node.otherwise)
             self._depth -= 1
         self._line = line
+
+    def _chosen(self, node: tree.If, tests: list[str]) -> str:
+        """Write which arm of IF is done, each condition within its guard; 0 is none, -1 that TRYNEXT leaves it out."""
+        chosen = self._fresh()
+        self._put(f"{chosen} = 0")
+        for number, (condition, _) in enumerate(node.arms):
+            if number:
+                self._line = self.source.line(condition.at)
+                self._put(f"if {chosen} == 0:")
+                self._depth += 1
+            value = self._value(tests[number])
+            self._put(f"if {value} is SKIPPED: {chosen} = -1")
+            self._put(f"elif {value}: {chosen} = {number + 1}")
+            self._depth -= bool(number)
+        return chosen
 
     def _while(self, node: tree.While) -> None:
         line = self._line
@@ -305,14 +311,12 @@ class Generator(Values):
     def _test(self, node: tree.Test) -> None:
         line, tested = self._line, self._fresh()
         cases = [[self.value(one) for one in values] for values, _ in node.cases]
-        choice = "-1"
-        for number in range(len(cases) - 1, -1, -1):
-            same = " or ".join(f"{tested} == {one}" for one in cases[number])
-            choice = f"{number} if {same} else {choice}"
+        same = [" or ".join(f"{tested} == {one}" for one in values) for values in cases]
+        choice = " or ".join([*(f"({one}) and {number}" for number, one in enumerate(same, 1)), "0"])
         chosen = self._fresh()
         self._simple(f"{tested} = {self.value(node.value)}; {chosen} = {choice}", f"{chosen} = -2")
         self._put(f"if {chosen} == -2: pass")
-        for number, (_, body) in enumerate(node.cases):
+        for number, (_, body) in enumerate(node.cases, 1):
             self._put(f"elif {chosen} == {number}:")
             self._depth += 1
             self._block(body)

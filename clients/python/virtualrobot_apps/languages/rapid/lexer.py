@@ -25,7 +25,7 @@ _FORMS = rf"""
     |(?P<unclosed>"[^\n]*)
     |(?P<place><(?:TDN|DDN|RDN|PAR|ALT|DIM|SMT|VAR|EIT|CSE|EXP|ARG|ID)>)
     |(?P<sign>:=|<>|<=|>=|[-+*/=<>.,:;\\?%|{{}}()\[\]])
-    |(?P<preset>\#[^\n]*)|(?P<bad>[^{_SPACES}])"""
+    |(?P<preset>\#[^\n]*)|(?P<bad>[\0-\x08\x0e-\x1f\x7f]+|[^{_SPACES}])"""
 _WORD = re.compile(_FORMS, re.VERBOSE)
 _PIECE = re.compile(rf"(?P<space>[{_SPACES}]+)|{_FORMS}", re.VERBOSE)
 _SKIPPED = {"comment", "head", "preset"}
@@ -52,6 +52,8 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
     for match in _WORD.finditer(source.text):
         kind, value = match.lastgroup or "", match[0]
         at, end = match.span()
+        if kind == "text" and "\0" in value:
+            diagnostics.add(source, at + value.index("\0"), "the character '\\x00' can't stand in a text")
         if kind == "name":
             lower = value.lower()
             if lower in KEYWORDS:
@@ -61,7 +63,9 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
         elif kind in _SKIPPED:
             continue
         elif kind == "bad":
-            diagnostics.add(source, at, f"the character {value!r} can't stand here")
+            before = f"the character {value[0]!r} can't stand here"
+            many = f", nor can the {len(value) - 1} after it" if len(value) > 1 else ""
+            diagnostics.add(source, at, before + many)
             continue
         elif kind == "unclosed":
             diagnostics.add(source, at, "this text has no closing quote on its line")

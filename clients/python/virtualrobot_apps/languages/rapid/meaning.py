@@ -28,6 +28,14 @@ _ARITHMETIC: dict[str, dict[tuple[Type, Type], Type]] = {
     "mod": {(NUM, NUM): NUM, (_DNUM, _DNUM): _DNUM},
 }
 """Result of each operator by the types of its two values."""
+HELD = {
+    "tooldata": [(True, "a stationary tool (robhold FALSE)")],
+    "wobjdata": [
+        (False, "a work object that the robot holds (robhold TRUE)"),
+        (True, "a work object on a mechanical unit (ufprog FALSE)"),
+    ],
+}
+"""Values that the first components of tools and work objects have here, and what others would be."""
 
 
 def predefined() -> dict[str, Symbol]:
@@ -75,6 +83,7 @@ class Meaning:
         self.uses: dict[str, Use] = {}
         self._taken: dict[int, Taken] = {}
         self._unresolved: list[tuple[Source, tree.Name, str]] = []
+        self._needed: dict[int, str] = {}
 
     def error(self, at: int, message: str) -> Type:
         """Tell a fault; return the type that fits everything, so that nothing follows from it."""
@@ -104,6 +113,8 @@ class Meaning:
             self.source = source
             if name.name.lower() in self.uses or name.name.lower() in self.known_signals:
                 self.signal(name, "signaldi")
+                if id(name) in self._needed:
+                    self.error(name.at, f"{self._needed[id(name)]} must be a variable, not a value")
             else:
                 self.error(name.at, f"{name.name!r} is not declared{hint}")
 
@@ -377,11 +388,24 @@ class Meaning:
         self.expect(value, wanted, what)
         if parameter.mode != "in":
             self.reference(value, parameter.mode, what)
+        if wanted.name in HELD:
+            self._held(value, wanted.name)
+
+    def _held(self, value: tree.Expression, type_name: str) -> None:
+        """Tell of a tool or work object whose first value says that it is held as none here can be."""
+        found = self.root(value)
+        first = found.node.value if found is not None and found.node is not None else None
+        if isinstance(first, tree.Aggregate):
+            for item, (wanted, said) in zip(first.items, HELD[type_name], strict=False):
+                if isinstance(item, tree.Truth) and item.value is not wanted:
+                    self.error(value.at, f"{said} can't be used here yet")
 
     def reference(self, value: tree.Expression, mode: str, what: str) -> None:
         """Look whether a value is a variable that somebody may get as one."""
         found = self.root(value)
-        if found is None:
+        if found is None and isinstance(value, tree.Name) and self.symbol(value.name) is None:
+            self._needed[id(value)] = what  # what it is nobody knows yet
+        elif found is None:
             self.error(value.at, f"{what} must be a variable, not a value")
         elif found.storage in ("const", "loop") and mode != "pers":
             self.error(value.at, f"{what} must be a variable, and {found.name!r} can't be changed")

@@ -68,6 +68,7 @@ class Parser(ExpressionParser):
             try:
                 module.declarations.append(self.declaration())
             except Failed:
+                self.depth = 0
                 self.next = max(self.next, begin + 1)
                 self._skip({*_DECLARED, "endmodule", "module"})
         return module
@@ -192,11 +193,13 @@ class Parser(ExpressionParser):
     def statements(self) -> list[tree.Statement]:
         """Parse the statements of a block."""
         found: list[tree.Statement] = []
+        depth = self.depth
         while self.kind not in _ENDS:
             begin = self.next
             try:
                 found.extend(self.statement())
             except Failed:
+                self.depth = depth
                 self.next = max(self.next, begin + 1)
                 while self.kind not in _ENDS and self.kind != ";" and not self._begins_statement():
                     self.next += 1
@@ -225,7 +228,10 @@ class Parser(ExpressionParser):
         parse = getattr(self, f"_{kind}", None) if kind.isalpha() else None
         if parse is not None:
             self.next += 1
-            return [parse(at)]
+            self.deepen()
+            found = parse(at)
+            self.depth -= 1
+            return [found]
         if self.take("%"):
             late = self.expression()
             self.eat("%")

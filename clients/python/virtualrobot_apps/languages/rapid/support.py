@@ -43,12 +43,14 @@ def given(value: Any, name: str) -> Any:  # noqa: ANN401 any value of RAPID
 
 
 def array(sizes: list[float], one: Any) -> Any:  # noqa: ANN401 any value of RAPID
-    """Return an array whose elements are copies of one."""
+    """Return an array whose elements are copies of one, 1,000,000 at most in all its dimensions together."""
     if not sizes:
         return copied(one)
-    count = math.floor(sizes[0] + 0.5)
-    if not 1 <= count <= 1_000_000:
-        raise RapidFault("ERR_INVDIM", f"an array has 1 to 1,000,000 elements along a dimension, not {count}")
+    counts = [math.floor(size + 0.5) for size in sizes]
+    count, together = counts[0], math.prod(counts)
+    if min(counts) < 1 or together > 1_000_000:
+        said = " times ".join(map(str, counts))
+        raise RapidFault("ERR_INVDIM", f"an array has 1 to 1,000,000 elements, not {said}")
     return [array(sizes[1:], one) for _ in range(count)]
 
 

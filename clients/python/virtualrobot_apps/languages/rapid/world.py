@@ -54,7 +54,7 @@ class World(Signals):
         super().__init__(client)
         self.robot = client.robot(robot)
         self.joints = self.robot.joint_names
-        limits = self.robot.limits
+        limits = self._limits = self.robot.limits
         if len(self.joints) != 6:
             raise WrongStateError(f"{robot!r} has {len(self.joints)} joints; RAPID moves arms with six here")
         self.velocities = np.array([limits[name].velocity for name in self.joints], dtype=float)
@@ -190,6 +190,14 @@ class World(Signals):
 
     def move_joints(self, goal: np.ndarray, speed: list[float], zone: list[Any]) -> None:
         """Move all joints to positions (rad), the tool centre point nowhere faster than the speed data say."""
+        for number, (name, angle) in enumerate(zip(self.joints, goal.tolist(), strict=True), 1):
+            limits = self._limits[name]
+            if not limits.lower - 1e-6 <= angle <= limits.upper + 1e-6:
+                least, most = math.degrees(limits.lower), math.degrees(limits.upper)
+                raise RapidFault(
+                    "ERR_ROBLIMIT",
+                    f"axis {number} can't be at {math.degrees(angle):g} degrees; its limits are {least:g} to {most:g}",
+                )
         try:
             factor = self.joint_factor(self.joints_planned(), goal, speed)
         except _CAN_NOT as error:
