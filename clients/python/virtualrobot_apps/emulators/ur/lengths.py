@@ -1,4 +1,4 @@
-"""Which of Universal Robots' arms a robot in a kernel is, by its lengths."""
+"""Model of Universal Robots that a robot in a kernel is, by its lengths."""
 
 from __future__ import annotations
 
@@ -38,4 +38,4 @@ def model_of(robot: Robot) -> str | None:
 
 def _ways(flanges: list[Floats]) -> Floats:
     """Return the distances (m) between positions of poses (4, 4), which are the same in every frame."""
-    return np.array([np.linalg.norm(one[:3, 3] - other[:3, 3]) for one, other in combinations(flanges, 2)])
+    return np.array([float(np.linalg.norm(a[:3, 3] - b[:3, 3])) for a, b in combinations(flanges, 2)], dtype=np.float64)

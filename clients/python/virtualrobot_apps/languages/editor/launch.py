@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -197,7 +197,7 @@ class ScriptLaunch:
         self._opened.close()
 
 
-def _connected(given: Mapping[str, Any], target: Target) -> Client:
+def _connected(given: Mapping[str, Any], target: Target) -> AbstractContextManager[Client]:
     """Connect to the kernel of a launch: the one that it names, or else `target`."""
     return replace(target, address=given.get("address", target.address)).connect("debugger")
 
