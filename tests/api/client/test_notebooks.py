@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from virtualrobot import Client
 
 ROOT = Path(__file__).resolve().parents[3]
-NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+NOTEBOOKS = ROOT / "docs" / "notebooks"
 
 
 def cells_of(file: Path) -> list[str]:
@@ -44,12 +45,22 @@ def check_shown(one: object) -> str:
     return "text"
 
 
-@pytest.mark.parametrize("file", NOTEBOOKS, ids=[file.name for file in NOTEBOOKS])
-def test_its_cells_run(file: Path, client: Client, environment: None) -> None:
+def test_the_cells_of_a_first_cell_run(client: Client, environment: None) -> None:
     names: dict[str, Any] = {}
-    kinds = [check_shown(run(cell, names)) for cell in cells_of(file)]
+    kinds = [check_shown(run(cell, names)) for cell in cells_of(NOTEBOOKS / "first-cell.ipynb")]
     assert {"html", "png", "text"} <= set(kinds)
 
 
-def test_there_is_one() -> None:
-    assert [file.name for file in NOTEBOOKS] == ["first-cell.ipynb"]
+@pytest.mark.long
+def test_a_layout_is_found_handed_in_and_marked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A place of the grid that will do, as the book of exercises has it."""
+    shutil.copytree(NOTEBOOKS.parent / "exercises", tmp_path / "exercises")
+    (tmp_path / "notebooks").mkdir()
+    monkeypatch.chdir(tmp_path / "notebooks")
+    names: dict[str, Any] = {}
+    kinds = [check_shown(run(cell, names)) for cell in cells_of(NOTEBOOKS / "layout.ipynb")]
+    assert kinds.count("html") == 1
+    assert (names["free"] == 1.0).sum() == 12
+    assert capsys.readouterr().out.splitlines()[-2:] == ["reached: 1 (all): 4 of 4", "free: 1 (all): 6 of 6"]

@@ -53,3 +53,8 @@ def fault_of(statements: str, more: str = "") -> str:
     """Return the one fault of statements of the procedure main, which begin in line 1."""
     (found,) = faults(f"MODULE Tried {more} PROC main() {statements}\nENDPROC\nENDMODULE")
     return found.partition(": ")[2]
+
+
+def numbers(text: str) -> list[float]:
+    """Return the numbers of a value as text."""
+    return [float(one) for one in text.replace("[", "").replace("]", "").split(",")]

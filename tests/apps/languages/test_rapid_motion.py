@@ -16,7 +16,7 @@ from virtualrobot_apps.languages.rapid.faults import RapidStopped
 from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
-from tests.apps.languages.rapid import loaded
+from tests.apps.languages.rapid import loaded, numbers
 from tests.apps.languages.tracing import traced
 
 DATA = r"""
@@ -51,11 +51,6 @@ class Run:
         """Run it, and return its pendant."""
         self.task.run()
         return self.printed
-
-
-def numbers(text: str) -> list[float]:
-    """Return the numbers of a value as text."""
-    return [float(one) for one in text.replace("[", "").replace("]", "").split(",")]
 
 
 def in_table(way: np.ndarray) -> np.ndarray:
@@ -261,7 +256,7 @@ def test_what_can_not_be_done_is_said_at_its_line(client: virtualrobot.Client, a
             "a stationary tool (robhold FALSE) can't be used here yet",
         ),
         (r"table.robhold := TRUE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object that the robot holds"),
-        (r"table.ufprog := FALSE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object on a mechanical unit"),
+        (r"table.ufprog := FALSE; MoveJ above, v100, fine, grip \WObj:=table;", "is on the mechanical unit"),
         (r"MoveJ above, v100 \V:=0, fine, tool0 \WObj:=table;", "the speed 0 mm/s is not above 0"),
         ("MoveJ [[1,2,3],[1,1,0,0],[0,0,0,0],[0,0,0,0,0,0]], v100, fine, tool0;", "has the length 1.41421 and not 1"),
         ("VelSet 0, 100;", "VelSet takes more than 0 to 100 percent"),

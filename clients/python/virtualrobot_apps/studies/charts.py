@@ -27,7 +27,14 @@ class Axis:
     values: Sequence[float]
 
 
-def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) -> str:
+class Chart(str):
+    """SVG of a chart, which a notebook shows as a picture."""
+
+    def _repr_html_(self) -> str:
+        return str(self)
+
+
+def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) -> Chart:
     """Return the map of values (rows up, columns across), the first row at the bottom; NaN is grey.
 
     `ends` are the least and the greatest value that have a colour of their own, so that several maps share them.
@@ -45,7 +52,7 @@ def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) 
             f'height="{height + 0.3:.2f}" style="fill:{color(value, ends)}"><title>{said}</title></rect>'
         )
     lines += _axes(across.name, (across.values[0], across.values[-1]), up.name, (up.values[0], up.values[-1]))
-    return "".join([*lines, *_legend(ends), "</svg>"])
+    return Chart("".join([*lines, *_legend(ends), "</svg>"]))
 
 
 def color(value: float, ends: tuple[float, float]) -> str:

@@ -80,7 +80,14 @@ class Mark:
 
 
 class Exercise:
-    """Exercise of a file."""
+    """Exercise of a file.
+
+    Attributes:
+        task: the words for students.
+        given: file that they begin with.
+        goals: what earns points.
+        robot, targets: of a layout, the robot's name, and those of the nodes at which its tool centre point shall be.
+    """
 
     def __init__(self, file: Path) -> None:
         """Read it.
@@ -99,16 +106,15 @@ class Exercise:
         self._about = fields[kinds[0]].fields(
             _LINE if self._is_line else _LAYOUT, needed=() if self._is_line else ("robot", "targets")
         )
-        self._given = file.absolute().parent / fields["given"].text()
-        if not self._given.is_file():
-            raise fields["given"].error(f"there is no file {self._given}")
+        self.given = file.absolute().parent / fields["given"].text()
+        if not self.given.is_file():
+            raise fields["given"].error(f"there is no file {self.given}")
         known = _LINE_GOALS if self._is_line else _LAYOUT_GOALS
         self.goals = tuple(_goal(name, item, known) for name, item in fields["goals"].mapping("goals").items())
         if not self.goals:
             raise fields["goals"].error("at least one belongs here")
-        if not self._is_line:
-            self._robot = self._about["robot"].text()
-            self._targets = [one.text() for one in self._about["targets"].items()]
+        self.robot = "" if self._is_line else self._about["robot"].text()
+        self.targets = [] if self._is_line else [one.text() for one in self._about["targets"].items()]
         self._stays = [one.text() for one in self._about["stays"].items()] if "stays" in self._about else []
         if self._is_line:
             for item, what in zip(self._about["stays"].items() if self._stays else [], self._stays, strict=True):
@@ -134,19 +140,19 @@ class Exercise:
         return found
 
     def _layout(self, handed_in: Path, opened: Callable[[Path], World]) -> tuple[str, dict[str, float | None]]:
-        given, world = opened(self._given), opened(handed_in)
+        given, world = opened(self.given), opened(handed_in)
         try:
-            for name in dict.fromkeys([*self._stays, *self._targets]):
+            for name in dict.fromkeys([*self._stays, *self.targets]):
                 try:
                     moved = np.abs(world.pose(name) - given.pose(name)).max() > _SAME
                 except (VirtualRobotError, LookupError, ValueError) as error:
                     return f"{name!r} is not there: {error}", {}
                 if moved:
                     return f"{name!r} has moved, and has to stay", {}
-            poses = np.array([world.pose(name) for name in self._targets])
-            found = world.postures(self._robot, poses)
-            free = found.free & (not world.contacts(self._robot))
-            each = np.where(free, margins(found, world.joint_limits(self._robot)), -np.inf)
+            poses = np.array([world.pose(name) for name in self.targets])
+            found = world.postures(self.robot, poses)
+            free = found.free & (not world.contacts(self.robot))
+            each = np.where(free, margins(found, world.joint_limits(self.robot)), -np.inf)
             best = [max(each[found.target == one], default=-np.inf) for one in range(len(poses))]
             return "", {
                 "reached": len(np.unique(found.target)) / len(poses),
@@ -158,7 +164,7 @@ class Exercise:
             world.close()
 
     def _line(self, handed_in: Path) -> tuple[str, dict[str, float | None]]:
-        given, line = LineFile(self._given).line({}), LineFile(handed_in).line({})
+        given, line = LineFile(self.given).line({}), LineFile(handed_in).line({})
         if (changed := self._changed(given, line)) is not None:
             return changed, {}
         hours, warm_up = self._number("hours", 100.0, 0.01), self._number("warm_up", 0.0, 0.0)

@@ -117,15 +117,21 @@ class MotionQueue:
         self.notes: list[PlanNote] = []
 
     def move(
-        self, move: Move, zone: float = 0.0, *, concurrent: bool = False, again: Callable[[], Step] | None = None
+        self,
+        move: Move,
+        zone: float = 0.0,
+        *,
+        concurrent: bool = False,
+        again: Callable[[], Step] | None = None,
+        beside: Sequence[Move] = (),
     ) -> None:
-        """Append a move; `zone` is the radius (m) of its corner with the next move, 0: none.
+        """Append a move; `zone` is the radius (m) of its corner with the next move, 0: none; others go `beside` it.
 
         Raises the error of the planner, and then the robot goes on as if the move had not been given.
         """
         if self._batch is None:
             self._room()
-        self._send([*self._held, Step(lambda program: program.move(move, zone=zone or None), True, again)])
+        self._send([*self._held, Step(lambda program: program.move(move, *beside, zone=zone or None), True, again)])
         self._held = []
         self._zone, self.concurrent = zone > 0.0, concurrent
 

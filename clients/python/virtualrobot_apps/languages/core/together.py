@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
 from typing import NoReturn
 
@@ -144,9 +144,17 @@ class GroupQueue(MotionQueue):
         self._giving, self.count = False, 0
 
     def move(
-        self, move: Move, zone: float = 0.0, *, concurrent: bool = False, again: Callable[[], Step] | None = None
+        self,
+        move: Move,
+        zone: float = 0.0,
+        *,
+        concurrent: bool = False,
+        again: Callable[[], Step] | None = None,
+        beside: Sequence[Move] = (),
     ) -> None:
         """Append a move together with those of the others; `again` doesn't count."""
+        if beside:
+            _refuse("a move of external axes")
         if concurrent:
             raise WrongStateError("moves that go together can't let the program go on at once (Conc)")
         if self._giving:

@@ -75,6 +75,26 @@ def _several(function: Decorated) -> Decorated:
     return tasks(static(function))
 
 
+def _units(ctx: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
+    """Return robots by the names of the mechanical units that they are, given as [UNIT=]ROBOT."""
+    found: dict[str, str] = {}
+    for text in given:
+        unit, _, robot = text.rpartition("=")
+        if not robot or unit.lower() in map(str.lower, found):
+            raise click.BadParameter(f"an external axis is given as [UNIT=]ROBOT, each unit once, not {text!r}")
+        found[unit or robot] = robot
+    return found
+
+
+_external = click.option(
+    "--external",
+    metavar="[UNIT=]ROBOT",
+    multiple=True,
+    callback=_units,
+    help="A rail or positioner whose joints are the next external axes of the arm; may be given again.",
+)
+
+
 @click.group(epilog=_EXAMPLES, short_help="Check, format and run programs in RAPID, ABB's language.")
 @target_options
 @click.pass_context
@@ -88,6 +108,7 @@ def rapid(ctx: click.Context, target: Target) -> None:
 @_signals
 @_several
 @trial_options
+@_external
 @click.option("--answer", "answers", metavar="TEXT", multiple=True, help="With --run: as that of run.")
 @_folder("With --run: let it use files below a copy of this folder.")
 @target_options
@@ -102,6 +123,7 @@ def check(
     given: tuple[str, ...],
     longest: float,
     times: bool,
+    external: dict[str, str],
     answers: tuple[str, ...],
     folder: Path | None,
 ) -> int:
@@ -137,7 +159,8 @@ def check(
         programs = load_tasks(sources, list(client.signals))
         add_signals(client, programs.values())
         set_signals(client, given)
-        cell = _cell(client, parts, programs, answers, Path(copy) if folder is not None else None, shows=False)
+        copied = Path(copy) if folder is not None else None
+        cell = _cell(client, parts, programs, answers, copied, shows=False, external=external)
         worlds: dict[Task, Moving] = {one: one.signals for one in cell.tasks.values()}
         still = [cell.tasks[name.lower()] for name, _, _ in steady]
         trial = Trial(client, worlds, longest, static=still)
@@ -162,6 +185,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
 @rapid.command()
 @click.argument("files", nargs=-1, metavar="[FILE]...", type=click.Path(path_type=Path))
 @click.option("--robot", metavar="NAME", help="The arm that it moves [the only robot].")
+@_external
 @click.option("--routine", default="main", show_default=True, help="The procedure that it begins with.")
 @click.option(
     "--listen",
@@ -187,6 +211,7 @@ def run(
     target: Target,
     files: tuple[Path, ...],
     robot: str | None,
+    external: dict[str, str],
     routine: str,
     listen: str | None,
     folder: Path | None,
@@ -211,7 +236,8 @@ def run(
         programs = load_tasks({name: map(read_source, of) for name, _, of in parts}, list(client.signals))
         if create_signals:
             add_signals(client, programs.values())
-        cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen, egm=dict(devices))
+        asked = answers or sys.stdin
+        cell = _cell(client, parts, programs, asked, folder, listen=listen, egm=dict(devices), external=external)
         with at_work(client):
             cell.run(routine, [cell.tasks[name.lower()] for name, _, _ in steady], forever=continuous)
     return 0
@@ -265,6 +291,7 @@ def _cell(
     shows: bool = True,
     listen: str | None = None,
     egm: Mapping[str, tuple[str, int]] | None = None,
+    external: Mapping[str, str] | None = None,
 ) -> Cell:
     """Return the tasks of a run, whose pendants are shown or not."""
     from virtualrobot_apps.languages.rapid.cell import Cell
@@ -272,11 +299,13 @@ def _cell(
     from virtualrobot_apps.languages.rapid.task import RapidTask
     from virtualrobot_apps.languages.rapid.world import World
 
+    if external and sum(arm is not None for _, arm, _ in parts) != 1:
+        raise click.UsageError("--external is for a program with one task that moves a robot")
     cell, answered = Cell(), iter(answers)
     for name, arm, _ in parts:
         where = f"{name}: " if len(parts) > 1 else ""
         note = _teller(f"note: {where}", err=True)
-        world = Signals(client) if arm is None else World(client, arm, note)
+        world = Signals(client) if arm is None else World(client, arm, note, external)
         write = _teller(where) if shows else _nothing
         RapidTask(programs[name], world, write, listen, files=folder, answers=answered, name=name, cell=cell, egm=egm)
     return cell

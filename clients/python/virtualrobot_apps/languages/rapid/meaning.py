@@ -30,10 +30,7 @@ _ARITHMETIC: dict[str, dict[tuple[Type, Type], Type]] = {
 """Result of each operator by the types of its two values."""
 HELD = {
     "tooldata": [(True, "a stationary tool (robhold FALSE)")],
-    "wobjdata": [
-        (False, "a work object that the robot holds (robhold TRUE)"),
-        (True, "a work object on a mechanical unit (ufprog FALSE)"),
-    ],
+    "wobjdata": [(False, "a work object that the robot holds (robhold TRUE)")],
 }
 """Values that the first components of tools and work objects have here, and what others would be."""
 

@@ -173,6 +173,8 @@ class RapidTask(Task):
         self._zones: Zones | None = None
         if world is not None:
             world.find_signals(program.signals.values())
+            if isinstance(world, World):
+                world.find_units(program.checked.data)
             world.begin(self)
         names = names_of_support()
         names |= {f"b_{one.name.lower()}": one.run for one in BUILTINS.values()}

@@ -111,6 +111,7 @@ def line(
 ) -> None:
     """Move along a line."""
     world = task.world
+    world.keep_axes(target)
     start, end = world.place_now(), world.frame(wobj) @ matrix_of(target)
     velocity = world.velocity(end, speed, None)
     length = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
@@ -133,6 +134,7 @@ def arc(
 ) -> None:
     """Move along an arc."""
     world = task.world
+    world.keep_axes(target)
     start, end = world.place_now(), world.frame(wobj) @ matrix_of(target)
     point = (world.frame(wobj) @ matrix_of(via))[:3, 3]
     velocity = world.velocity(end, speed, point)
@@ -169,6 +171,7 @@ def joints(
 ) -> None:
     """Move all joints evenly; places are those of the tool centre point on its way, measured in pieces."""
     world = task.world
+    world.keep_axes(target)
     start, goal = world.joints_planned(), world.goal_of(target, wobj)
     factor = world.joint_factor(start, goal, speed)
     shares = np.linspace(0.0, 1.0, PLACES + 1)

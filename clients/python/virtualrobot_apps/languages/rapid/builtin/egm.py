@@ -20,9 +20,9 @@ from virtualrobot_apps.languages.rapid.guided import (
     GuidedMotion,
     Terms,
 )
+from virtualrobot_apps.languages.rapid.placed import TOOL
 from virtualrobot_apps.languages.rapid.predefined import NUMBERS
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.world import TOOL
 
 if TYPE_CHECKING:
     from virtualrobot.geometry import Matrix

@@ -10,9 +10,9 @@ import numpy as np
 
 from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
-from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
+from virtualrobot_apps.languages.rapid.placed import WOBJ
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.world import WOBJ, World
+from virtualrobot_apps.languages.rapid.world import World
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -47,8 +47,8 @@ def move_ends(
     return speed, zone, wobj and wobj[wobj_index]
 
 
-def _degrees(joints: np.ndarray) -> list[Any]:
-    return [np.degrees(joints).tolist(), [NO_AXIS] * 6]
+def _degrees(joints: np.ndarray, external: list[float]) -> list[Any]:
+    return [np.degrees(joints).tolist(), external]
 
 
 @instruction("MoveJ", rf"\switch Conc, robtarget ToPoint \identno ID, {_ENDS}", lacking=_LACKING)
@@ -97,7 +97,7 @@ def _move_abs_j(
     """Moves all joints evenly to their positions; the tool counts for the speed alone."""
     with task.world.move_with(concurrent, number):
         speed, zone, _ = move_ends(task, *ends)
-        task.world.move_joints(np.radians(target[0]), speed, zone)
+        task.world.move_joints(np.radians(target[0]), speed, zone, task.world.axes_of(target[1]))
 
 
 _SIGNAL = "signaldo Signal, num Value"
@@ -220,7 +220,7 @@ def _c_rob_t(
 def _c_joint_t(task: RapidTask, name: str | None) -> list[Any]:
     """Positions of the joints, or of those of another task, as they are."""
     world = _world_of(task, name)
-    return _degrees(world.joints_now(wait=world is task.own_world))
+    return _degrees(world.joints_now(wait=world is task.own_world), world.axes_told(world.axes_now()))
 
 
 @function("CPos", r"\pers tooldata Tool \pers wobjdata WObj", "pos")
@@ -234,7 +234,8 @@ def _calc_rob_t(
     task: RapidTask, joints: list[Any], tool: list[Any], tool_index: int, wobj: list[Any] | None, index: int
 ) -> list[Any]:
     """Place where joints bring a tool."""
-    return task.world.target_at(np.radians(joints[0]), tool[tool_index], wobj and wobj[index])
+    axes = task.world.axes_of(joints[1])
+    return task.world.target_at(np.radians(joints[0]), tool[tool_index], wobj and wobj[index], axes)
 
 
 @function(
@@ -244,4 +245,4 @@ def _calc_joint_t(
     task: RapidTask, target: list[Any], tool: list[Any], tool_index: int, wobj: list[Any] | None, index: int
 ) -> list[Any]:
     """Positions of the joints at a place; ERR_ROBLIMIT where none reaches it."""
-    return _degrees(task.world.joints_for(target, tool[tool_index], wobj and wobj[index]))
+    return _degrees(task.world.joints_for(target, tool[tool_index], wobj and wobj[index]), list(target[3]))
