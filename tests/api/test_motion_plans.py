@@ -103,6 +103,41 @@ def test_a_program_is_planned_step_by_step(stepped: Stubs) -> None:
     np.testing.assert_array_equal(values(arm.positions)[-1], [0.5, 0.3])
 
 
+def test_what_is_left_of_a_motion_that_runs_is_told_as_it_was_planned(stepped: Stubs) -> None:
+    """What was done is no part of it, what was appended is; the world then goes on as it was told."""
+    ready(stepped)
+    goals = ({"lbr_iiwa_joint_1": 0.5}, {"lbr_iiwa_joint_2": 0.3}, {"lbr_iiwa_joint_1": 0.1})
+    steps = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[joints("arm", **one)])) for one in goals]
+    whole = plan(stepped, *steps)
+    times, numbers = values(whole.times), np.frombuffer(whole.steps.data, "<i4")
+    leave = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    first = motion_pb2.StartMotionRequest(spec=motion_of(*steps[:2]), on_disconnect=leave, open=True)
+    id = stepped.motion.StartMotion(first).motion.id
+
+    def left(**more: motion_pb2.MotionSpec | float) -> motion_pb2.PlanMotionResponse:
+        return stepped.motion.PlanMotion(motion_pb2.PlanMotionRequest(motion_id=id, **more))  # type: ignore[arg-type]
+
+    assert left().duration_seconds < whole.duration_seconds
+    stepped.motion.AppendMotion(motion_pb2.AppendMotionRequest(id=id, steps=steps[2:]))
+    done = 0
+    for place in (1, 30, int(np.searchsorted(numbers, 1)) + 20, int(np.searchsorted(numbers, 2)) + 3):
+        step(stepped, place - done)
+        done, told = place, left()
+        assert told.duration_seconds == pytest.approx(whole.duration_seconds - times[place], abs=1e-9)
+        assert np.frombuffer(told.steps.data, "<i4").tolist() == numbers[place:].tolist()
+        (arm,), (planned,) = told.robots, whole.robots
+        assert arm.joint_names == planned.joint_names
+        for one in ("positions", "velocities", "world_t_tcp"):
+            np.testing.assert_allclose(values(getattr(arm, one)), values(getattr(planned, one))[place:], atol=1e-9)
+    step(stepped, len(times) + 10)
+    assert values(left().times).tolist() == [0.0]
+    assert refusal(lambda: left(spec=motion_of(*steps))).metadata["field"] == "motion_id"
+    stepped.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
+    assert refusal(left).reason == "WRONG_STATE"
+    id = "none"
+    assert refusal(left).reason == "UNKNOWN_NAME"
+
+
 def test_samples_are_as_far_apart_as_asked(stepped: Stubs) -> None:
     ready(stepped)
     move = joints("arm", lbr_iiwa_joint_1=1.0)

@@ -16,6 +16,7 @@ from virtualrobot_apps.emulators.command import emulate
 from virtualrobot_apps.emulators.ur import dashboard, kinematics
 from virtualrobot_apps.emulators.ur.controller import Controller, RobotMode, SafetyMode
 from virtualrobot_apps.emulators.ur.kinematics import MODELS, NoPosture
+from virtualrobot_apps.emulators.ur.lengths import model_of
 from virtualrobot_apps.emulators.ur.orders import obey
 from virtualrobot_apps.emulators.ur.scripts import run_script
 from virtualrobot_apps.emulators.ur.server import Server
@@ -77,6 +78,7 @@ def test_poses_are_those_of_the_model_in_the_catalogue(
 ) -> None:
     with virtualrobot.connect(kernel.address) as client:
         arm = client.load_robot(f"model://{name}", name="arm")
+        assert model_of(arm) == name
         for _ in range(3):
             positions = rng.uniform(-3.0, 3.0, 6)
             arm.set_positions(positions)
@@ -192,6 +194,8 @@ def test_the_dashboard_answers() -> None:
     assert (asked("robotmode"), asked("safetymode")) == ("Robotmode: RUNNING", "Safetymode: NORMAL")
     assert (asked("load a.urp"), asked("play")) == ("File not found: a.urp", "Failed to execute: play")
     assert asked("dance") == 'could not understand: "dance"'
+    assert (asked("popup Door open"), asked("addToLog night")) == ("showing popup", "Added log message")
+    assert controller.logged == ["popup: Door open", "night"]
     run_script(controller, "movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=3.0, v=2.0)\n")
     for _ in range(100):
         controller.cycle()

@@ -251,12 +251,13 @@ class Client:
         return motion.start(self._services, moves, **options)
 
     def plan(
-        self, moves: Iterable[Move], *, tracking: Tracking | None = None, **options: Unpack[plans.PlanOptions]
+        self, moves: Iterable[Move] | Motion, *, tracking: Tracking | None = None, **options: Unpack[plans.PlanOptions]
     ) -> plans.MotionPlan:
-        """Return what moves that start and end together would do. Nothing moves.
+        """Return what moves that start and end together would do, or what a motion that runs will do. Nothing moves.
 
         It tells joints, efforts, tool centre points and duration in samples. With `tracking` the samples are those of
-        the motion while the node that it goes along with stands still.
+        the motion while the node that it goes along with stands still. Those of a motion that runs begin where it is on
+        its path, and end with what is planned of it by now.
 
         Raises:
             VirtualRobotError: as the start of the motion would; TooLargeError for more samples than one answer holds.
@@ -266,6 +267,8 @@ class Client:
             >>> plan.duration, plan.robots["right"].tcp_speeds.max()
             (2.31, 0.25)
         """
+        if isinstance(moves, Motion):
+            return plans.plan_left(self._services, moves, **options)
         return plans.plan(self._services, plans.motion_of(moves, tracking), **options)
 
     def check(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.motion_calls import requested
+from virtualrobot_kernel.api.motion_calls import find_motion, requested
 from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.joint_path import JointPath, of_program
@@ -20,6 +21,8 @@ from virtualrobot_kernel.crafts.carrying import CarriedBases
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.motion.running_motion import ENDED, Phase
 from virtualrobot_kernel.planning.check import FirstContact, check_motion, check_planned
 from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
@@ -42,8 +45,10 @@ FINEST, COARSEST = 1e-6, 0.1
 async def planned_motion(
     kernel: KernelServices, plans: ShownPlans, request: motion_pb2.PlanMotionRequest
 ) -> motion_pb2.PlanMotionResponse:
-    """Return a motion in samples, planned in a thread on the snapshot of that moment."""
+    """Return a motion in samples, planned in a thread on the snapshot of that moment; of one that runs what is left."""
     seconds = _sample_seconds(kernel.world.snapshot, request.sample_seconds)
+    if request.motion_id:
+        return await kernel.limiter.run_while_wanted((), lambda given_up: _ahead(kernel, request, seconds, given_up))
     shown, said = None, request.spec
     if request.HasField("plan"):
         shown = found_plan(plans, request)
@@ -71,6 +76,35 @@ async def planned_motion(
         return message
 
     return await kernel.limiter.run_while_wanted(robots, work)
+
+
+def _ahead(
+    kernel: KernelServices, request: motion_pb2.PlanMotionRequest, seconds: float, given_up: GivenUp
+) -> motion_pb2.PlanMotionResponse:
+    """Return what is planned of a motion that runs, in samples from where it is on its path on."""
+    for field in ("spec", "plan"):
+        if request.HasField(field):
+            raise KernelError(f"say either a motion that runs, `motion_id`, or `{field}`, not both", field="motion_id")
+    snapshot = _snapshot(kernel, request)
+    motion, structure = find_motion(snapshot, request.motion_id), snapshot.structure
+    run = motion.running
+    if not isinstance(run, ProgramRun) or run.phase in (*ENDED, Phase.STOPPING) or not run.program.stages:
+        phase = motion.phase.value
+        raise KernelError(
+            f"the motion {motion.id!r} is {phase}, and nothing is planned of it that could be told"
+            if isinstance(run, ProgramRun)
+            else f"where the motion {motion.id!r} goes is decided as it goes: nothing of it is planned",
+            reason=Reason.WRONG_STATE,
+            phase=phase,
+        )
+    now, program = run.left
+    joints = [(structure.nodes[robot].name, joint) for robot, joint in motion.joints]
+    check_size(program.duration - now, seconds, len(joints), len(motion.robots))
+    times = now + sample_times(program.duration - now, seconds)
+    samples = sampled(snapshot, program, joints, times, given_up)
+    message = plan_message(replace(samples, times=times - now), ())
+    message.stamp.CopyFrom(stamp(snapshot))
+    return message
 
 
 async def checked_motion(

@@ -118,6 +118,17 @@ class ProgramRun:
         return min(self.waited, self.program.stages[self.at].duration)
 
     @property
+    def left(self) -> tuple[float, Program]:
+        """Nominal time (s) that has gone by, and the program without the stages that are done; at least one is left."""
+        program, at = self.program, min(self.at, len(self.program.stages) - 1)
+        start = program.start.copy()
+        for stage in program.stages[:at]:
+            if stage.plan is not None:
+                start[list(stage.columns)] = stage.plan.goal
+        now = program.begins[self.at] + self._gone
+        return now, replace(program, stages=program.stages[at:], start=start, done=program.begins[at])
+
+    @property
     def whole(self) -> PlanExecution | None:
         """The motion on a plan that moves all of its joints now; None where there is none."""
         return self.running if self.running is not None and self.program.places[self.at] is None else None

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 import virtualrobot
+from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 from websockets.sync.client import connect
 
@@ -93,6 +96,12 @@ class Desk:
         """Wait until words are in the output."""
         expect(self.part("Output")).to_contain_text(words)
 
+    def blue(self) -> int:
+        """Return how many pixels of the view are as blue as what is planned."""
+        shown = Image.open(io.BytesIO(self.page.locator(".view .canvas canvas").screenshot())).convert("RGB")
+        red, _, blue = np.moveaxis(np.asarray(shown, int), 2, 0)
+        return int(np.count_nonzero(blue > red + 70))
+
     def breakpoint(self, line: int) -> None:
         """Click beside a line, from 1."""
         self.page.locator(".cm-breakpoints .cm-gutterElement").nth(line).click()
@@ -168,13 +177,29 @@ def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
     assert desk.lines("runs") == desk.lines("stands") == []
 
 
+def test_a_script_moves_the_robot_that_is_chosen(desk: Desk) -> None:
+    """Where the kernel's time stands still that is refused, since a controller's goes on; an arm of its own moves."""
+    desk.write('def there():\n  movej([0, -1.4, 1.4, -1.5, -1.4, 0.1])\n  textmsg("there")\nend\n', "there.script")
+    desk.robot("arm")
+    desk.page.locator("#run-code").click()
+    desk.says("time stands still, and nothing would move")
+    desk.robot("")
+    desk.page.locator("#run-code").click()
+    desk.says("there")
+
+
 def test_a_robot_is_followed_and_stops_with_the_page(desk: Desk) -> None:
     desk.write(MOVES)
     desk.robot("arm")
     arm = desk.client.robot("arm")
+    desk.page.mouse.move(500.0, 250.0)
+    desk.page.mouse.wheel(0.0, 1500.0)  # from farther away: all of the robot is in the view
+    plain = desk.blue()
     with repeated(lambda: desk.client.clock.step(4)):
         desk.page.locator("#run-code").click()
         until(lambda: "high" in "".join(desk.lines("motion")))
+        # The way of the tool that is planned is drawn, and where it ends.
+        until(lambda: desk.blue() > plain + 20)
         until(lambda: "low" in "".join(desk.lines("motion")))
         # Another page can't have the same robot meanwhile: its program ends by the kernel's words.
         with connect(f"{desk.console.url.replace('http', 'ws')}/editor") as other:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import virtualrobot
 
 from tests.apps.languages.debugging import Editor, Failed
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -180,10 +184,44 @@ def test_a_pause_stops_a_loop_and_the_end_of_the_session_ends_it(editor: Editor,
     assert editor.ends(130) == []
 
 
+MOVES = """\
+def moves():
+  thread beside():
+    while True:
+      sync()
+    end
+  end
+  handle = run beside()
+  movej([1.2, -1.4, 1.4, -1.5, -1.4, 0.1], a=3, v=0.5)
+  textmsg(get_actual_tcp_pose())
+end
+"""
+
+
+def test_a_script_moves_a_robot_of_a_kernel_which_rests_while_it_stands(
+    editor: Editor, client: virtualrobot.Client, file: Path
+) -> None:
+    """The controller has the lengths that the robot has: what it tells of the tool is where the kernel has it."""
+    arm = client.load_robot("model://ur10e", name="arm")
+    arm.set_positions([0.0, -1.4, 1.4, -1.5, -1.4, 0.1])
+    file.write_text(MOVES)
+    editor.launch(file, robot="arm", address=client.address)
+    until(lambda: arm.positions[0] > 0.05)
+    editor.breakpoints(file, {"line": 4})
+    assert editor.stops("breakpoint") == [("beside", 4)]
+    until(lambda: not arm.state.motion_ids)
+    assert 0.0 < arm.positions[0] < 1.19
+    editor.breakpoints(file)
+    editor.ask("continue", threadId=1)
+    (pose,) = editor.ends()
+    np.testing.assert_allclose(arm.positions[0], 1.2, atol=1e-3)
+    np.testing.assert_allclose(ast.literal_eval(pose.removeprefix("p"))[:3], arm.tcp[:3, 3], atol=3e-3)
+
+
 @pytest.mark.parametrize(
     ("launched", "told"),
     [
-        ({"robot": "arm"}, "'robot' is for programs in RAPID"),
+        ({"routine": "count"}, "'routine' is for programs in RAPID"),
         ({"model": "ur7"}, "'model' is one of ur3, "),
         ({"model": 5}, "'model' of a launch is a str, not 5"),
         ({"text": "sec a():\n  x = 1\nend\n"}, "'a' is a secondary program (sec)"),

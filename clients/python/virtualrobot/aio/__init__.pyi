@@ -252,8 +252,8 @@ class Client(Face):
         """Return the models of robots and grippers that the kernel knows by name."""
     def move_together(self, moves: Iterable[Move], **options: Unpack[StartOptions]) -> Order[Motion]:
         """Move several robots so that they start and end together."""
-    def plan(self, moves: Iterable[Move], *, tracking: Tracking | None = ..., **options: Unpack[PlanOptions]) -> Order[MotionPlan]:
-        """Return what moves that start and end together would do. Nothing moves."""
+    def plan(self, moves: Iterable[Move] | Motion, *, tracking: Tracking | None = ..., **options: Unpack[PlanOptions]) -> Order[MotionPlan]:
+        """Return what moves that start and end together would do, or what a motion that runs will do. Nothing moves."""
     def check(self, moves: Iterable[Move], *, tracking: Tracking | None = ..., **options: Unpack[CheckOptions]) -> Order[MotionCheck]:
         """Return whether moves that go together keep all limits and touch nothing, and else what they violate first."""
     def check_plan(self, planned: ShownPlan, **options: Unpack[CheckOptions]) -> Order[MotionCheck]:

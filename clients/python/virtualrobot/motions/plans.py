@@ -273,6 +273,14 @@ def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[Plan
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
+def plan_left(services: Services, running: Motion, **options: Unpack[PlanOptions]) -> MotionPlan:
+    """Return what is planned of a motion that runs, from where it is on its path on; see `Client.plan`."""
+    check_options(options, PlanOptions, "a plan")
+    sample_time = value_or_default(options.get("sample_time"), "sample_time")
+    request = motion_pb2.PlanMotionRequest(motion_id=running.id, sample_seconds=sample_time)
+    return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
+
+
 def plan_shown(services: Services, shown: ShownPlan, **options: Unpack[PlanOptions]) -> MotionPlan:
     """Return a plan that the kernel remembers in samples."""
     check_options(options, PlanOptions, "a plan")

@@ -899,16 +899,18 @@ class ReadProgramResponse(_message.Message):
     def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., step_paths: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class PlanMotionRequest(_message.Message):
-    __slots__ = ("spec", "sample_seconds", "expected_structure_revision", "plan")
+    __slots__ = ("spec", "sample_seconds", "expected_structure_revision", "plan", "motion_id")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     SAMPLE_SECONDS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     PLAN_FIELD_NUMBER: _ClassVar[int]
+    MOTION_ID_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     sample_seconds: float
     expected_structure_revision: int
     plan: PlanReference
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
+    motion_id: str
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ..., motion_id: _Optional[str] = ...) -> None: ...
 
 class PlanMotionResponse(_message.Message):
     __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes", "plan")

@@ -141,7 +141,7 @@ class MotionServiceServicer(object):
 
     def PlanMotion(self, request, context):
         """What StartMotion would do: the trajectory in samples, with the speeds of joints and tool centre points and the time
-        it takes. Nothing moves.
+        it takes; or what a motion that runs will do. Nothing moves.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

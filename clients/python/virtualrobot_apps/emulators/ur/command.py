@@ -19,7 +19,7 @@ HOME = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
 
 @click.command()
 @click.argument("robot", type=ROBOT, required=False)
-@click.option("--model", type=click.Choice(MODELS), default="ur5e", show_default=True, help="The arm's lengths.")
+@click.option("--model", type=click.Choice(MODELS), help="The arm's lengths [those that ROBOT has, else ur5e].")
 @click.option("--host", default="127.0.0.1", show_default=True, help="The address to listen at, ports 29999 to 30004.")
 @click.option("--rate", type=FiniteRange(10.0, 500.0), default=500.0, show_default=True, help="Cycles a second (Hz).")
 @click.option(
@@ -28,7 +28,7 @@ HOME = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
 @click.option("--until-input-ends", is_flag=True, help="End with the standard input: with the program that started it.")
 @target_options
 def ur(
-    target: Target, robot: str | None, model: str, host: str, rate: float, lag: float, until_input_ends: bool
+    target: Target, robot: str | None, model: str | None, host: str, rate: float, lag: float, until_input_ends: bool
 ) -> None:
     """Emulate a controller of Universal Robots, which moves ROBOT, until Ctrl-C.
 
@@ -38,6 +38,7 @@ def ur(
     """
     from virtualrobot_apps.emulators.body import ArmLimits, Body, SimulatedArm, Twin
     from virtualrobot_apps.emulators.ur.controller import Controller
+    from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
     from virtualrobot_apps.emulators.ur.orders import obey
     from virtualrobot_apps.emulators.ur.server import Server
 
@@ -50,9 +51,12 @@ def ur(
             arm = client.robot(robot)
             stack.enter_context(arm.lease())
             body = Twin(arm)
+            if model is None and (model := model_of(arm)) is None:
+                said = f"{robot} has the lengths of none of {', '.join(MODELS)}: poses are those of a {USUAL}"
+                click.echo(f"{said}; --model chooses another one", err=True)
         stack.callback(body.close)
         try:
-            server = Server(Controller(body, model, rate=rate), host, click.echo)
+            server = Server(Controller(body, model or USUAL, rate=rate), host, click.echo)
         except ValueError as error:
             raise click.ClickException(str(error)) from error
         except OSError as error:

@@ -30,8 +30,16 @@ def answer(controller: Controller, line: str) -> str:
         return "Stopped"
     if asked in ("play", "pause"):
         return f"Failed to execute: {asked}"
-    if asked.startswith("load "):
-        return f"File not found: {words[5:]}"
+    order, _, rest = words.partition(" ")
+    match order.lower():
+        case "load":
+            return f"File not found: {rest}"
+        case "popup":
+            controller.log(f"popup: {rest}")
+            return "showing popup"
+        case "addtolog":
+            controller.log(rest)
+            return "Added log message"
     major, minor, patch, build = controller.version
     plain = {
         "quit": "Disconnected",

@@ -5,18 +5,20 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from virtualrobot.cli.options import GO_ON
 from virtualrobot.errors import VirtualRobotError
 
-from virtualrobot_apps.emulators.body import SimulatedArm
+from virtualrobot_apps.emulators.body import Body, SimulatedArm, Twin
 from virtualrobot_apps.emulators.ur.command import HOME
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.kinematics import MODELS
+from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
 from virtualrobot_apps.languages.core.debugger import Debugger
 from virtualrobot_apps.languages.core.pendant import Question
 from virtualrobot_apps.languages.core.source import Source, read_source
@@ -53,7 +55,13 @@ KNOWN: dict[str, type | tuple[type, ...]] = {
     "tasks": list,
 }
 """Names that the launch of a program in RAPID has, and the types of their values."""
-OF_SCRIPTS: dict[str, type | tuple[type, ...]] = {"program": str, "stopOnEntry": bool, "model": str}
+OF_SCRIPTS: dict[str, type | tuple[type, ...]] = {
+    "program": str,
+    "robot": str,
+    "address": str,
+    "stopOnEntry": bool,
+    "model": str,
+}
 """Those of a script in URScript."""
 TEXTS = "texts"
 """Name of the texts, by their files' names, that an editor on another machine has in a launch."""
@@ -103,7 +111,7 @@ def launched(given: Mapping[str, Any], target: Target, write: Callable[[str], No
     """Return the launch of a program, whose language its file's ending tells; as `RapidLaunch`."""
     program = given.get("program")
     if isinstance(program, str) and program.endswith(URSCRIPT.endings):
-        return ScriptLaunch(given, write, read)
+        return ScriptLaunch(given, target, write, read)
     return RapidLaunch(given, target, write, read)
 
 
@@ -125,21 +133,37 @@ def launched_from_elsewhere(given: Mapping[str, Any], target: Target, write: Cal
 
 
 class ScriptLaunch:
-    """Script on an emulated controller with an arm of its own, in real time but where it stands."""
+    """Script on an emulated controller, in real time but where it stands; its arm is a robot, or one of its own."""
 
-    def __init__(self, given: Mapping[str, Any], write: Callable[[str], None], read: Read) -> None:
-        """Load the script; nothing runs yet. `write` gets each line of its log. Raises WrongLaunch or ProgramError."""
+    def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None], read: Read) -> None:
+        """Load the script, and connect to the kernel where a robot is asked for; nothing runs yet.
+
+        `write` gets each line of its log. Raises WrongLaunch, ProgramError, or an error of the kernel.
+        """
         _check_types(given, OF_SCRIPTS)
         if wrong := sorted({*given} & {*KNOWN} - {*OF_SCRIPTS}):
             raise WrongLaunch(f"{wrong[0]!r} is for programs in RAPID: a script has an emulated controller of its own")
-        model = given.get("model", "ur5e")
-        if model not in MODELS:
+        model = given.get("model")
+        if model is not None and model not in MODELS:
             raise WrongLaunch(f"'model' is one of {', '.join(MODELS)}, not {model!r}")
         (file,) = _files(given.get("program"), "program")
         loaded = load_source(read(file), debugged=True)
         if loaded.secondary:
             raise WrongLaunch(f"{loaded.name!r} is a secondary program (sec), which takes no time to stand in")
-        self._controller = Controller(SimulatedArm(HOME), model)
+        with ExitStack() as opened:
+            body: Body = SimulatedArm(HOME)
+            if robot := given.get("robot"):
+                client = opened.enter_context(_connected(given, target))
+                if client.clock.mode == "stepped":
+                    raise WrongLaunch(f"time stands still, and nothing would move; {GO_ON}")
+                arm = client.robot(robot)
+                body, model = Twin(arm), model or model_of(arm)
+            opened.callback(body.close)
+            try:
+                self._controller = Controller(body, model or USUAL)
+            except ValueError as error:
+                raise WrongLaunch(f"{robot}: {error}") from error
+            self._opened = opened.pop_all()
         self._program = ScriptProgram(loaded, self._controller, DebuggedScript)
         assert isinstance(self._program.task, DebuggedScript)
         self._task = self._program.task
@@ -147,11 +171,11 @@ class ScriptLaunch:
         self.tasks = [self._task]
 
     def run(self) -> None:
-        """Run it to its end; raises VirtualRobotError with the controller's words, or TaskStopped."""
+        """Run it until the arm rests; raises VirtualRobotError with the controller's words, or TaskStopped."""
         controller = self._controller
         controller.play(self._program)
         due = time.monotonic()
-        while controller.program is not None:
+        while controller.program is not None or controller.moving:
             controller.cycle()
             due = max(due + controller.dt, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
@@ -168,8 +192,14 @@ class ScriptLaunch:
         """Tell of nothing."""
 
     def close(self) -> None:
-        """Close its connections."""
+        """Stop the arm, and close all connections."""
         self._program.close()
+        self._opened.close()
+
+
+def _connected(given: Mapping[str, Any], target: Target) -> AbstractContextManager[Client]:
+    """Connect to the kernel of a launch: the one that it names, or else `target`."""
+    return replace(target, address=given.get("address", target.address)).connect("debugger")
 
 
 class RapidLaunch:
@@ -182,7 +212,7 @@ class RapidLaunch:
         WrongLaunch, ProgramError, or an error of the kernel.
         """
         _check_types(given, KNOWN)
-        self._given, self._target = given, target
+        self._given = given
         parts = [(OWN, _files(given.get("program"), "program"), given.get("robot"), False)]
         for one in given.get("tasks", ()):
             if not isinstance(one, dict) or not isinstance(one.get("name"), str):
@@ -196,7 +226,8 @@ class RapidLaunch:
         self._opened = ExitStack()
         self._typed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         try:
-            client = self._connected() if any(robot for _, _, robot, _ in parts) else None
+            wanted = any(robot for _, _, robot, _ in parts)
+            client = self._opened.enter_context(_connected(given, target)) if wanted else None
             sources = {name: [read(file) for file in files] for name, files, _, _ in parts}
             signals = list(client.signals) if client is not None else []
             programs = load_tasks(sources, signals, debugged=True)
@@ -231,10 +262,6 @@ class RapidLaunch:
             self._opened.close()
             raise
         self._static = [task for task, (*_, static) in zip(self.tasks, parts, strict=True) if static]
-
-    def _connected(self) -> Client:
-        target = replace(self._target, address=self._given.get("address", self._target.address))
-        return self._opened.enter_context(target.connect("debugger"))
 
     def run(self) -> None:
         """Run all tasks to their end; raises the error of one that ended by it."""

@@ -34,9 +34,9 @@ class UrscriptAnalysis:
 
     def __init__(self, source: Source, beside: Sequence[Source] = ()) -> None:
         """Check the script; a script is one source."""
-        diagnostics, unheard = Diagnostics(), Diagnostics()
-        self._source, self._words = source, words_of(source, unheard)
-        script = parse(source, diagnostics)
+        diagnostics = Diagnostics()
+        self._source, self._words = source, words_of(source, diagnostics)
+        script = parse(source, diagnostics, self._words)
         self._checked = check(script, diagnostics)
         self.diagnostics = diagnostics.sorted()
         self._main = script.main

@@ -38,7 +38,7 @@ def urscript(ctx: click.Context, target: Target) -> None:
 @_files
 @click.option("--run", "runs", is_flag=True, help="Play each from where a kernel's arm stands; nothing moves there.")
 @click.option("--robot", metavar="NAME", help="With --run: the arm [the only robot].")
-@click.option("--model", type=click.Choice(MODELS), default="ur5e", show_default=True, help="The arm's lengths.")
+@click.option("--model", type=click.Choice(MODELS), help="With --run: the arm's lengths [those that it has].")
 @click.option("--order", "orders", metavar="TEXT", multiple=True, help="With --run: told before, as 'input 3 on'.")
 @longest_option
 @times_option
@@ -48,7 +48,7 @@ def check(
     files: tuple[Path, ...],
     runs: bool,
     robot: str | None,
-    model: str,
+    model: str | None,
     orders: tuple[str, ...],
     longest: float,
     times: bool,
@@ -76,12 +76,14 @@ def check(
     click.echo(f"no fault in {len(scripts)} script{'s' * (len(scripts) != 1)}: {names}")
     if not runs:
         return 0
+    from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
     from virtualrobot_apps.languages.urscript.trial import play
 
     with target.connect() as client:
         arm = client.robot(only_robot(client, robot))
+        lengths = model or model_of(arm) or USUAL
         try:
-            played = [play(client, arm, one, model, longest, orders) for one in scripts]
+            played = [play(client, arm, one, lengths, longest, orders) for one in scripts]
         except ValueError as error:
             raise click.ClickException(str(error)) from error
     return max(told(one, times) for one in played)

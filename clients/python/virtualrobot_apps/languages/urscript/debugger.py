@@ -88,6 +88,11 @@ class DebuggedScript(Debugger, RobotTask):
                 self._stand_at((fault.__cause__,), str(fault))
             raise
 
+    def _stand(self, frames: list[tuple[FrameType, int]], reason: str, told: str) -> None:
+        """Stand, and have the arm rest meanwhile: a robot in a kernel has a time of its own."""
+        self.controller.body.halt()
+        super()._stand(frames, reason, told)
+
     def _strand(self) -> Thread:
         return self.thread
 

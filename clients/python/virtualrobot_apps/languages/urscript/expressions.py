@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
-from virtualrobot_apps.languages.core.words import Failed, WordReader
+from virtualrobot_apps.languages.core.words import Failed, WordReader, Words
 from virtualrobot_apps.languages.urscript import tree
 from virtualrobot_apps.languages.urscript.lexer import number_value, words_of
 
@@ -32,9 +32,9 @@ class TooDeep(Exception):
 class ExpressionParser(WordReader):
     """Parser of expressions and of arguments."""
 
-    def __init__(self, source: Source, diagnostics: Diagnostics) -> None:
-        """Begin at the first word."""
-        super().__init__(source, diagnostics, words_of(source, diagnostics))
+    def __init__(self, source: Source, diagnostics: Diagnostics, words: Words | None = None) -> None:
+        """Begin at the first word; `words` are those of the source, if somebody has found them already."""
+        super().__init__(source, diagnostics, words or words_of(source, diagnostics))
         self.depth = 0
 
     def deeper(self, at: int) -> None:

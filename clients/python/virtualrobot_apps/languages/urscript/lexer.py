@@ -16,16 +16,16 @@ KEYWORDS = frozenset(
 
 _WORD = re.compile(
     r"""
-     (?P<space>[ \t\f\xa0]+)|(?P<comment>\#[^\n]*)|(?P<newline>\n)
-    |(?P<name>[^\W\d]\w*)
+     (?P<name>[^\W\d]\w*)
+    |(?P<sign>==|!=|<=|>=|[-+*/%<>=,:()\[\]]|\.(?!\d))
+    |(?P<newline>\n)|(?P<comment>\#[^\n]*)
     |(?P<number>0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
     |(?P<text>"[^"\n]*")|(?P<unclosed>"[^\n]*)
     |(?P<label>\$[^\n]*)
-    |(?P<sign>==|!=|<=|>=|[-+*/%<>=.,:()\[\]])
-    |(?P<bad>.)""",
+    |(?P<bad>[^ \t\f\xa0])""",
     re.VERBOSE,
 )
-_SKIPPED = {"space", "comment", "label"}
+_SKIPPED = {"comment", "label"}
 _BEGINS = frozenset("def end thread sec while if elif else return break continue halt local global".split())
 """Reserved words that never stand in brackets: a bracket before one of them on an earlier line is not closed."""
 
@@ -36,23 +36,25 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
     Of several newlines in a row there is one, and none at the begin. Labels of programs (`$ 1 "name"`) are left out.
     """
     words = Words([], [], [], [])
+    kinds = words.kinds
     depth = 0
     ended: tuple[int, int] | None = None
     """Begin and end of the newline that was passed over last within brackets."""
 
     def put(kind: str, value: str, begin: int, end: int) -> None:
-        words.kinds.append(kind)
+        kinds.append(kind)
         words.values.append(value)
         words.starts.append(begin)
         words.ends.append(end)
 
     for match in _WORD.finditer(source.text):
-        kind, value, begin, end = match.lastgroup or "", match.group(), match.start(), match.end()
+        kind, value = match.lastgroup or "", match[0]
+        begin, end = match.span()
         if kind in _SKIPPED:
             continue
         if kind == "newline":
             ended = (begin, end)
-            if not depth and words.kinds and words.kinds[-1] != "newline":
+            if not depth and kinds and kinds[-1] != "newline":
                 put("newline", "the end of the line", begin, end)
             continue
         if kind == "name" and value in KEYWORDS:
@@ -62,7 +64,8 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
                 put("newline", "the end of the line", *ended)
         elif kind == "sign":
             kind = value
-            depth = max(0, depth + (value in "([") - (value in ")]"))
+            if value in "()[]":
+                depth = max(0, depth + (1 if value in "([" else -1))
         elif kind == "bad":
             diagnostics.add(source, begin, f"the character {value!r} can't stand here")
             continue
@@ -72,7 +75,7 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
         ended = None
         put(kind, value, begin, end)
     end = len(source.text.rstrip())
-    if words.kinds and words.kinds[-1] != "newline":
+    if kinds and kinds[-1] != "newline":
         put("newline", "the end of the line", end, end)
     put("end of file", "the end of the file", end, end)
     return words

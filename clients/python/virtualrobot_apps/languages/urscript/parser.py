@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
-from virtualrobot_apps.languages.core.words import Failed
+from virtualrobot_apps.languages.core.words import Failed, Words
 from virtualrobot_apps.languages.urscript import tree
 from virtualrobot_apps.languages.urscript.expressions import ExpressionParser, TooDeep
 
@@ -36,9 +36,9 @@ class Script:
     source: Source
 
 
-def parse(source: Source, diagnostics: Diagnostics) -> Script:
-    """Return the script of a source; all faults go to `diagnostics`."""
-    return Parser(source, diagnostics).script()
+def parse(source: Source, diagnostics: Diagnostics, words: Words | None = None) -> Script:
+    """Return the script of a source; all faults go to `diagnostics`. `words` are those of the source, if known."""
+    return Parser(source, diagnostics, words).script()
 
 
 class Parser(ExpressionParser):

@@ -118,10 +118,9 @@ function Robot() {
   useEffect(() => {
     if (program.robot.peek() === undefined) program.robot.value = arms.includes(chosen.peek()) ? chosen.peek() : (arms[0] ?? "");
   }, [arms.join()]);
-  if (program.isScript.value) return <span class="muted cut" title="A script runs on an emulated controller with an arm of its own">own arm</span>;
   return (
     <select class="select robot" aria-label="Robot that it moves" value={wanted ?? ""} disabled={!!program.state.value} onChange={(event) => (program.robot.value = event.currentTarget.value)}>
-      <option value="">moves none</option>
+      <option value="">{program.isScript.value ? "an arm of its own" : "moves none"}</option>
       {arms.map((name) => <option key={name} value={name}>{name}</option>)}
     </select>
   );

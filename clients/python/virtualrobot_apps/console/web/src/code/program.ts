@@ -3,6 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { say } from "../kernel/messages";
 import { wordsOf } from "../kernel/words";
 import { hearEvents, request } from "./adapter";
+import { hideAhead, showAhead } from "./ahead";
 
 export interface Frame {
   id: number;
@@ -43,6 +44,7 @@ export interface Said {
 }
 
 const LOOK_MS = 80;
+const AHEAD_MS = 300;
 const MOST_LINES = 500;
 const SCRIPT = /\.(script|urscript)$/i;
 const FIRST = `MODULE MainModule
@@ -58,7 +60,7 @@ export const text = signal(FIRST);
 export const breakpoints = signal<ReadonlyMap<number, string>>(new Map());
 /** The line of a breakpoint whose condition is asked for. */
 export const conditioned = signal<number | undefined>(undefined);
-/** The robot that it moves; "" for none: it computes only. */
+/** The robot that it moves; "" for none: it computes only, or a script moves an arm of its own. */
 export const robot = signal<string | undefined>(undefined);
 export const state = signal<State | undefined>(undefined);
 /** Lines, from 1, that the program does and the robot makes. */
@@ -99,7 +101,7 @@ export async function run(stands: boolean): Promise<void> {
   said.value = [];
   try {
     await request("initialize", { adapterID: "virtualrobot" });
-    const moves = !isScript.peek() && robot.peek() ? { robot: robot.peek(), createSignals: true } : {};
+    const moves = robot.peek() ? { robot: robot.peek(), ...(isScript.peek() ? {} : { createSignals: true }) } : {};
     await request("launch", { program: name.peek(), texts: { [name.peek()]: text.peek() }, stopOnEntry: stands, ...moves });
     await setBreakpoints();
     await request("setExceptionBreakpoints", { filters: ["uncaught"] });
@@ -217,9 +219,20 @@ async function follow(): Promise<void> {
   }
 }
 
+/** Shows what is planned of the robot's motion as long as it runs. A script plans as it goes. */
+async function lookAhead(): Promise<void> {
+  while (state.peek()) {
+    if (robot.peek() && !isScript.peek()) await showAhead(robot.peek()!);
+    await new Promise((resolve) => setTimeout(resolve, AHEAD_MS));
+  }
+  hideAhead();
+}
+
 const isAtWork = computed(() => state.value !== undefined);
 effect(() => {
-  if (isAtWork.value) void follow();
+  if (!isAtWork.value) return;
+  void follow();
+  void lookAhead();
 });
 
 async function ask(command: string, given: Record<string, unknown> = {}): Promise<void> {
