@@ -33,7 +33,7 @@ def run_on(client: virtualrobot.Client, statements: str, external: dict[str, str
 def test_a_rail_and_a_positioner_are_driven_by_external_axes(client: virtualrobot.Client) -> None:
     """Places are in RAPID's world frame, that of the base where the rail is at 0; on the positioner in its plate's.
 
-    ABB, *RAPID Instructions, Functions and Data types* (3HAC050917), extjoint: an axis that is there needs a value.
+    That an axis which is there needs a value is assumed, as the page says: no manual was at hand.
     """
     client.clock.speed_factor = 5.0
     rail = client.load_robot("model://rail", name="rail")
