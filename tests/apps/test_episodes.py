@@ -14,7 +14,7 @@ from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from virtualrobot import Client
-from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, MotionEndedError
 from virtualrobot.recording.mcap_file import McapFile
 from virtualrobot.v1 import signal_pb2
 from virtualrobot_apps.episodes.command import episode
@@ -126,6 +126,8 @@ def test_what_a_robot_did_it_does_again(client: Client, kernel: KernelProcess, t
     address = ["--address", kernel.address]
     told = CliRunner().invoke(episode, ["record", str(tmp_path), "--seconds", "1.0", *address])
     slow.cancel()
+    with pytest.raises(MotionEndedError):
+        slow.wait()
     assert told.exit_code == 0, told.output
     file = tmp_path / "episode-000000.mcap"
     assert f"{file}: 1.0 s" in told.output
