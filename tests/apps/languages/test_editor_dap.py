@@ -227,7 +227,7 @@ def test_expressions_are_those_of_rapid(editor: Editor, file: Path) -> None:
         ("leaves()", "this would end the program"),
         ("deep(1)", "maximum recursion depth"),
         ("endless()", "this takes longer than 1 s"),
-        ("(" * 5000, "brackets are too deep"),
+        ("(" * 5000, "nested deeper than"),
     ]:
         with pytest.raises(Failed, match=re.escape(told)):
             editor.value(expression)
