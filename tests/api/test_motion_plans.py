@@ -104,7 +104,7 @@ def test_a_program_is_planned_step_by_step(stepped: Stubs) -> None:
 
 
 def test_what_is_left_of_a_motion_that_runs_is_told_as_it_was_planned(stepped: Stubs) -> None:
-    """What was done is no part of it, what was appended is; the world then goes on as it was told."""
+    """Steps that are done are no part of it, those that were appended are; the world then goes on as it was told."""
     ready(stepped)
     goals = ({"lbr_iiwa_joint_1": 0.5}, {"lbr_iiwa_joint_2": 0.3}, {"lbr_iiwa_joint_1": 0.1})
     steps = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[joints("arm", **one)])) for one in goals]

@@ -178,7 +178,7 @@ def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
 
 
 def test_a_script_moves_the_robot_that_is_chosen(desk: Desk) -> None:
-    """Where the kernel's time stands still that is refused, since a controller's goes on; an arm of its own moves."""
+    """A kernel whose time stands still refuses it, since a controller's goes on; an arm of its own moves."""
     desk.write('def there():\n  movej([0, -1.4, 1.4, -1.5, -1.4, 0.1])\n  textmsg("there")\nend\n', "there.script")
     desk.robot("arm")
     desk.page.locator("#run-code").click()

@@ -230,14 +230,9 @@ def _read(file: Path, folder: str | None) -> tuple[Study, Path | str]:
 
 def _found(file: Path, folder: str | None) -> tuple[Study, Path | str]:
     study, where = _read(file, folder)
-    from virtualrobot_apps.studies.running import STAMP
-    from virtualrobot_apps.studies.stores import store_of
+    from virtualrobot_apps.studies.running import has_begun
 
-    try:
-        begun = store_of(where).has(STAMP)
-    except OSError as error:
-        raise WrongStateError(f"{where} cannot be read: {error.strerror or error}") from error
-    if not begun:
+    if not has_begun(where):
         raise WrongStateError(f"{where} has no results yet: 'virtualrobot study run {file}' begins them")
     return study, where
 

@@ -19,7 +19,7 @@ from virtualrobot_apps.studies import functions
 from virtualrobot_apps.studies.engines import Engine, Lost
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.plans import plan_of
-from virtualrobot_apps.studies.stores import Store
+from virtualrobot_apps.studies.stores import Store, store_of
 from virtualrobot_apps.studies.study_file import Study
 from virtualrobot_apps.studies.work import KILLED, Block, Done, Job, prepare, row, source_of
 
@@ -94,6 +94,18 @@ class Pace:
         return max(0.0, cells * mean - off) / at_once, (cells * mean + off) / at_once
 
 
+def has_begun(place: Path | str) -> bool:
+    """Return whether a folder (a path or `s3://BUCKET/FOLDER`) has results of a study.
+
+    Raises:
+        WrongStateError: when it can't be read.
+    """
+    try:
+        return store_of(place).has(STAMP)
+    except OSError as error:
+        raise WrongStateError(f"{place} cannot be read: {error.strerror or error}") from error
+
+
 def open_job(study: Study, folder: Path | str, resume: bool) -> Job:
     """Return the job of a study whose folder (a path or `s3://BUCKET/FOLDER`) is made, or found again as this study's.
 
@@ -104,10 +116,7 @@ def open_job(study: Study, folder: Path | str, resume: bool) -> Job:
     """
     parts = Parts(folder, study)
     job = Job(study, folder, source_of(study), functions.versions())
-    try:
-        begun = parts.store.has(STAMP)
-    except OSError as error:
-        raise WrongStateError(f"{folder} cannot be read: {error.strerror or error}") from error
+    begun = has_begun(folder)
     if resume and not begun:
         raise WrongStateError(f"{folder} has no results to go on from: 'virtualrobot study run' begins them")
     if begun and not resume:

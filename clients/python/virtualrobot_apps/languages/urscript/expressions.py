@@ -35,7 +35,6 @@ class ExpressionParser(WordReader):
     def __init__(self, source: Source, diagnostics: Diagnostics, words: Words | None = None) -> None:
         """Begin at the first word; `words` are those of the source, if somebody has found them already."""
         super().__init__(source, diagnostics, words or words_of(source, diagnostics))
-        self.depth = 0
 
     def deeper(self, at: int) -> None:
         """Count what is within something else; what is too deep is told, and ends the parsing."""
