@@ -95,15 +95,19 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Try a patient test up to three times, with new fixtures of its own; only the last try is told."""
+    """Try a patient test up to three times, with new fixtures of its own; the last try tells how those before failed."""
     if item.get_closest_marker("patient") is None:
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for _ in range(TRIES):
+    told: list[tuple[str, str]] = []
+    for number in range(1, TRIES + 1):
         item._initrequest()  # pyright: ignore[reportAttributeAccessIssue]
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
-        if not any(report.failed for report in reports):
+        failed = [report for report in reports if report.failed]
+        if not failed:
             break
+        failed[0].sections[:0] = told
+        told.append((f"Try {number} failed", failed[0].longreprtext))
         item.session._setupstate.teardown_exact(None)  # what the file's tests share is made anew, too
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)

@@ -26,6 +26,7 @@ from itertools import zip_longest
 from pathlib import Path
 from textwrap import dedent
 
+import psutil
 import pytest
 from _pytest.mark import ParameterSet
 from virtualrobot.v1 import kernel_pb2
@@ -158,6 +159,20 @@ def installing_into(folder: Path) -> dict[str, str]:
     pip["PYTHONDONTWRITEBYTECODE"] = "1"
     paths = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {**pip, "PYTHONPATH": os.pathsep.join(paths)}
+
+
+@contextlib.contextmanager
+def nothing_left_running() -> Iterator[None]:
+    """End what a page has started, whose later blocks would have: the next try needs its ports."""
+    before = set(psutil.Process().children())
+    try:
+        yield
+    finally:
+        for process in set(psutil.Process().children()) - before:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                for one in (*process.children(recursive=True), process):
+                    one.kill()
+                process.wait()
 
 
 def run_page(page: Path) -> None:
