@@ -142,6 +142,7 @@ picture: $(VENV)/installed-dev $(PAGE)
 	@$(BIN)/python tools/picture_cameras.py docs/pictures
 	@$(BIN)/python -m tools.picture_console docs/pictures
 	@$(BIN)/python -m tools.picture_console_tools docs/pictures
+	@$(BIN)/python -m tools.picture_room docs/pictures
 	@$(BIN)/python tools/picture_boebot.py docs/pictures
 
 # The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md, docs/ugv.md and docs/boebot.md.

@@ -28,10 +28,10 @@ def find_chromium() -> str | None:
 
 
 @contextmanager
-def browsers() -> Iterator[Browser]:
-    """Give a fresh browser, and close it after."""
+def browsers(*more: str) -> Iterator[Browser]:
+    """Give a fresh browser with more arguments, and close it after."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=[*ARGUMENTS, *more])
         try:
             yield browser
         finally:

@@ -25,11 +25,12 @@ PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.3), (768, 
 BUTTONS = {
     "hold": (250, 300),
     "stop": (618, 300),
-    "reject": (92, 410),
-    "undo": (238, 410),
-    "teach": (384, 410),
-    "register": (530, 410),
-    "leave": (676, 410),
+    "reject": (80, 410),
+    "undo": (201, 410),
+    "teach": (322, 410),
+    "lead": (443, 410),
+    "register": (564, 410),
+    "leave": (685, 410),
 }
 """The middles of the panel's buttons, pixels from the left and from above."""
 
@@ -107,14 +108,18 @@ class Person:
         """Take the ball at a point along a way and let it go there; return where that is."""
         self.reach(point)
         self.squeeze(1)
+        self.move(way, steps)
+        self.page.evaluate("still", 120)  # longer than the page looks back when a hand lets go, 80 ms
+        self.squeeze(0)
+        return np.asarray(point, float) + way
+
+    def move(self, way: Sequence[float], steps: int = 3) -> None:
+        """Move the hand along a way of the world, m."""
         here = self._get()
         dx, dy, dz = way
         for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
             self._put(list(np.asarray(here) + part * np.array([dx, dz, -dy])))
             self.frames(1)
-        self.page.evaluate("still", 120)  # longer than the page looks back when a hand lets go, 80 ms
-        self.squeeze(0)
-        return np.asarray(point, float) + way
 
     def squeeze(self, value: int) -> None:
         """Close the hand, 1, or open it, 0."""
@@ -130,6 +135,12 @@ class Person:
     def pull(self, value: int = 1) -> None:
         """Hold the trigger, 1, or let it go, 0."""
         self._button("trigger", value)
+
+    def let_go(self) -> None:
+        """Let go whatever is held."""
+        self.pull(0)
+        if not self.by_hand:
+            self.squeeze(0)
 
     def press(self, button: str) -> None:
         """Press a button of the panel."""

@@ -1,16 +1,17 @@
-// Jogs that run only while a key is held: the motion gets beats as long as the page is well, and brakes on its path when
-// they don't come, 0.2 s after the last one.
+// Jogs that run only while a key is held: the motion gets a beat with each picture of the page, and brakes on its path when
+// none comes, 0.2 s after the last one.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { signal } from "@preact/signals";
 import { BusyPolicy, DisconnectPolicy, type MoveSchema } from "../generated/virtualrobot/v1/motion_pb";
+import { HeldMotion } from "./held_motion";
 import { say } from "./messages";
 import { start } from "./own_motions";
+import { eachPicture } from "./pictures";
 import { motions } from "./services";
 import { forPeople, wordsOf } from "./words";
 
 export type Move = MessageInitShape<typeof MoveSchema>;
 
-const BEAT_MS = 50;
 const RELEASED = "the key was let go";
 
 /** Part of the greatest speed by which robots are jogged. */
@@ -32,7 +33,8 @@ export function letGo(): void {
 
 class Jog {
   #held = true;
-  #wake = () => {};
+  #motion?: HeldMotion;
+  #rest = () => {};
 
   constructor(move: Move) {
     this.#run(move).catch((error) => say(wordsOf(error), "error"));
@@ -40,7 +42,9 @@ class Jog {
 
   letGo(): void {
     this.#held = false;
-    this.#wake();
+    this.#rest();
+    this.#motion?.letGo();
+    if (this.#motion) cancel(this.#motion.id);
   }
 
   async #run(move: Move): Promise<void> {
@@ -50,30 +54,17 @@ class Jog {
       onDisconnect: DisconnectPolicy.STOP,
       hold: true,
     });
-    const id = motion?.id ?? "";
+    const held = new HeldMotion(motion?.id ?? "", (error) => say(wordsOf(error), "error"));
     for (const note of notes) say(forPeople(note.message));
-    try {
-      if (this.#held) for await (const _ of motions.holdMotion(this.#beats(id))) continue;
-    } finally {
-      this.#held = false;
-      this.#cancel(id);
-    }
+    if (!this.#held) return cancel(held.id);
+    this.#motion = held;
+    this.#rest = eachPicture(() => held.beat());
   }
+}
 
-  async *#beats(id: string) {
-    while (this.#held) {
-      yield { id };
-      await new Promise<void>((resolve) => {
-        this.#wake = resolve;
-        setTimeout(resolve, BEAT_MS);
-      });
-    }
-    this.#cancel(id);
-  }
-
-  #cancel(id: string): void {
-    motions.cancelMotion({ id, reason: RELEASED }).catch(() => {}); // it has ended already
-  }
+/** Ends a motion that has been let go. */
+function cancel(id: string): void {
+  motions.cancelMotion({ id, reason: RELEASED }).catch(() => {}); // it has ended already
 }
 
 // Whatever takes the key from the page lets go.

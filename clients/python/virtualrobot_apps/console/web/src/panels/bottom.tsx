@@ -15,6 +15,7 @@ import { CurvesPanel } from "./curves";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
 import { Program } from "./program";
+import { Proposals, waiting } from "./proposals";
 import { Signals } from "./signals";
 import { Traces } from "./traces";
 import { TrajectoryControl } from "./trajectory";
@@ -30,6 +31,7 @@ export function toolsBelow(): Tab[] {
     { id: "program", icon: "list-video", name: "Program", count: lines.value.length, panel: Program },
     { id: "code", icon: "code", name: "Code", panel: Code },
     { id: "trajectory", icon: "spline", name: "Trajectory", panel: TrajectoryControl },
+    { id: "proposals", icon: "hand-helping", name: "Proposals", count: waiting(), panel: Proposals },
     { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size, panel: Signals },
     { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true, panel: Collisions },
     { id: "traces", icon: "route", name: "Traces", count: traces.value.length, panel: Traces },

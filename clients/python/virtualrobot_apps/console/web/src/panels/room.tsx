@@ -3,6 +3,8 @@ import { able, why, type Mode } from "../xr/support";
 import { enter, entered } from "../xr/session";
 import { cssOf, look } from "../xr/looks";
 import { Icon } from "../parts/icons";
+import { Invitation } from "./invitation";
+import { Phone } from "./phone";
 import { viewport } from "./view";
 
 const ABOUT: Record<Mode, readonly [name: string, icon: string, title: string]> = {
@@ -34,6 +36,8 @@ export function RoomSection() {
         ))}
       </div>
       {why.value && <p class="hint">{why.value}.</p>}
+      <Phone />
+      <Invitation />
     </section>
   );
 }

@@ -28,6 +28,8 @@ export class Observer {
   readonly axes: ViewHelper;
   /** Whether it looks at something already: as the kernel said, or at all that there was. */
   isPlaced = false;
+  /** The field of view that it has again once it is not held any more. */
+  #left?: number;
 
   /** `changed` is called when it looks from elsewhere. */
   constructor(canvas: HTMLCanvasElement, private readonly changed: () => void) {
@@ -79,6 +81,26 @@ export class Observer {
     this.field.value = this.camera.fov = MathUtils.clamp(degrees, FIELD.least, FIELD.most);
     this.camera.updateProjectionMatrix();
     this.changed();
+  }
+
+  /** Looks from a pose in the world, along its -z, and from nowhere else until it is released. */
+  hold(place: Matrix4, fieldDegrees: number): void {
+    this.#left ??= this.camera.fov;
+    this.orbit.enabled = false;
+    place.decompose(this.camera.position, this.camera.quaternion, this.camera.scale);
+    this.camera.fov = fieldDegrees;
+    this.camera.updateProjectionMatrix();
+    this.changed();
+  }
+
+  /** Looks from there as the pointer wants it. */
+  release(): void {
+    if (this.#left === undefined) return;
+    this.orbit.enabled = true;
+    this.camera.fov = this.#left;
+    this.#left = undefined;
+    this.camera.updateProjectionMatrix();
+    this.#placed();
   }
 
   /** Moves along with what has moved by a rigid motion of the world. */
@@ -144,7 +166,7 @@ export class Observer {
   }
 
   #placed(): void {
-    this.orbit.update();
+    if (this.#left === undefined) this.orbit.update();
     this.isPlaced = true;
     this.changed();
   }

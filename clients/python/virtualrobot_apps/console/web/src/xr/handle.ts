@@ -4,6 +4,7 @@ import { goal } from "../kernel/goal";
 import { chosen, states } from "../kernel/world";
 import { matrixOf, poseOf } from "../view/poses";
 import { proposal } from "./proposal";
+import { leads, teleop } from "./teleop";
 
 const YELLOW = 0xffd65c, RED = 0xe5393f;
 const BALL_METERS = 0.03, AXES_METERS = 0.14;
@@ -59,14 +60,17 @@ export class Handle {
     const { offset, trail } = this.#taken, pose = from.clone().multiply(offset);
     while (trail.length > 1 && trail[1].time <= time - BEFORE_MS) trail.shift();
     trail.push({ time, pose });
-    this.#ask(pose);
+    if (!leads.peek()) return this.#ask(pose);
+    this.#put(pose);
+    teleop.lead(chosen.peek(), pose);
   }
 
   /** Leaves it where it was before the hand began to let go, and has the way there planned. */
   drop(): void {
     const { trail = [] } = this.#taken ?? {};
     this.#taken = undefined;
-    if (trail.length === 0) return;
+    teleop.end();
+    if (trail.length === 0 || leads.peek()) return;
     this.#ask(trail[0].pose);
     void proposal.letGoal();
   }

@@ -4,6 +4,7 @@ import { goal } from "../kernel/goal";
 import { connection, trouble } from "../kernel/world";
 import { proposal, type Phase } from "./proposal";
 import { registration } from "./registration";
+import { ledWords, leads } from "./teleop";
 
 const BLUE = 0x3b9eff, GREEN = 0x35c27b, RED = 0xe5393f, AMBER = 0xf0a92c, GREY = 0x8a96a5;
 
@@ -29,6 +30,7 @@ export const look = computed<Look>(() => {
   const words = proposal.words.value, phase = proposal.phase.value;
   if (connection.value !== "connected") return { title: "No connection", words: trouble.value, color: RED };
   if (registration.next.value) return { title: `Touch ${registration.next.value}`, words: registration.words.value, color: AMBER };
+  if (leads.value) return { title: "The ball leads the tool", words: ledWords.value, color: BLUE };
   if (phase === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", words, color: RED };
   if (phase === "idle" && registration.words.value) return { ...LOOKS.idle, words: registration.words.value };
   return { ...LOOKS[phase], words };

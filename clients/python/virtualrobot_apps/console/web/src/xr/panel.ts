@@ -7,8 +7,9 @@ import { fixed, positionOf } from "../parts/numbers";
 import { beforeHead } from "./rig";
 import { cssOf, look } from "./looks";
 import { proposal, type Phase } from "./proposal";
+import { leads } from "./teleop";
 
-export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "register" | "leave";
+export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "lead" | "register" | "leave";
 
 /** Right of, ahead of and above the head, m. */
 const PLACE = [0.35, 0.8, -0.25] as const;
@@ -22,13 +23,14 @@ const GREY = "#2b333d", GREEN = "#1f7d4e", BLUE = "#2f7fd6";
 const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] = [
   ["hold", [24, 252, 452, 96], GREY],
   ["stop", [492, 252, 252, 96], "#c9262c"],
-  ["reject", [24, 364, 136, 92], GREY],
-  ["undo", [170, 364, 136, 92], GREY],
-  ["teach", [316, 364, 136, 92], GREY],
-  ["register", [462, 364, 136, 92], GREY],
-  ["leave", [608, 364, 136, 92], GREY],
+  ["reject", [24, 364, 112, 92], GREY],
+  ["undo", [145, 364, 112, 92], GREY],
+  ["teach", [266, 364, 112, 92], GREY],
+  ["lead", [387, 364, 112, 92], GREY],
+  ["register", [508, 364, 112, 92], GREY],
+  ["leave", [629, 364, 112, 92], GREY],
 ];
-const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", register: "Register", leave: "Leave" };
+const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", lead: "Lead", register: "Register", leave: "Leave" };
 const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
 const MOST_LINES = 3;
 const FONT = "Inter Variable, sans-serif";
@@ -75,7 +77,7 @@ export class Panel {
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     const where = positionOf(pose).map((value, place) => `${"XYZ"[place]} ${fixed(1000 * value, 0)}`).join("  ");
     const robot = `${chosen.peek()}  ${where} mm`;
-    const told = JSON.stringify([title, words, robot, [...pointed].sort(), held, stopping.peek()]);
+    const told = JSON.stringify([title, words, robot, [...pointed].sort(), held, leads.peek(), stopping.peek()]);
     if (told === this.#drawn) return;
     this.#drawn = told;
     const pen = this.#canvas.getContext("2d")!, [width, height] = SIZE.pixels;
@@ -87,7 +89,7 @@ export class Panel {
     write(pen, robot, 36, 230, `26px ${FONT}`, "#9aa6b4");
     for (const [press, area, color] of BUTTONS) {
       const [left, top, wide, high] = area;
-      rounded(pen, area, press !== "hold" ? color : held ? BLUE : CAN_RUN.has(proposal.phase.peek()) ? GREEN : GREY, 16);
+      rounded(pen, area, press === "lead" && leads.peek() ? BLUE : press !== "hold" ? color : held ? BLUE : CAN_RUN.has(proposal.phase.peek()) ? GREEN : GREY, 16);
       if (pointed.has(press)) {
         pen.strokeStyle = "#ffffff";
         pen.lineWidth = 4;
@@ -95,7 +97,7 @@ export class Panel {
       }
       pen.textAlign = "center";
       const name = press === "stop" && stopping.peek() === "stopped" ? "STOPPED" : NAMES[press];
-      write(pen, name, left + wide / 2, top + high / 2 + 12, `600 30px ${FONT}`, "#ffffff");
+      write(pen, name, left + wide / 2, top + high / 2 + 12, `600 ${wide < 120 ? 25 : 30}px ${FONT}`, "#ffffff");
       pen.textAlign = "left";
     }
     this.#texture.needsUpdate = true;

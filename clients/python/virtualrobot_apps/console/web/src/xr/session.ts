@@ -17,6 +17,7 @@ import { registration } from "./registration";
 import { roomInWorld } from "./rig";
 import { ShownWay } from "./shown_way";
 import { reasonOf, type Mode } from "./support";
+import { leads, teleop } from "./teleop";
 
 /** The room that this page is shown in; undefined for none, and while one is asked for. */
 export const entered = signal<Immersion | undefined>(undefined);
@@ -143,6 +144,7 @@ export class Immersion implements Room {
     this.#letGo();
     registration.stop();
     proposal.leave("the person has left the room");
+    leads.value = false;
     entered.value = undefined;
     this.dispose();
   };
@@ -190,6 +192,7 @@ export class Immersion implements Room {
     else if (press === "reject") proposal.reject();
     else if (press === "undo") void proposal.undo();
     else if (press === "teach") void teach(chosen.peek());
+    else if (press === "lead") teleop.toggle();
     else if (press === "register") registration.begin();
     else this.leave();
   }
