@@ -82,9 +82,16 @@ def test_who_looks_changes_rejects_and_approves(start_kernel: StartKernel) -> No
                 expect(other.get_by_role("button", name=name, exact=True)).to_be_disabled()
             expect(other.locator(HOLD)).to_have_attribute("aria-disabled", "true")
 
-            # What was shown runs while the operator holds the button, and no further.
+            # An operator has leased what it moves, and is told so.
             button = page.locator(HOLD)
             expect(button).to_have_attribute("aria-disabled", "false")
+            button.click()
+            expect(page.get_by_label("Status")).to_contain_text("'arm' is free: press Lease at the pendant")
+            page.get_by_role("button", name="Lease", exact=True).click()
+            expect(page.get_by_role("button", name="Give back")).to_be_visible()
+            expect(other.locator("#pendant")).to_contain_text("operator has leased it")
+
+            # What was shown runs while the operator holds the button, and no further.
             button.hover()
             page.mouse.down()
             until(lambda: runs(client))
@@ -126,6 +133,14 @@ def test_who_looks_changes_rejects_and_approves(start_kernel: StartKernel) -> No
         page.get_by_role("tab", name="Proposals").click()
         page.get_by_role("button", name="Plan anew").click()
         until(lambda: client.proposals.get(again.id).revision == 2)
+
+        # Somebody takes the robot over, and the operator takes it back.
+        taken = client.lease("arm", owner="cell 3", take=True)
+        expect(page.locator("#pendant")).to_contain_text("cell 3 has leased it")
+        page.get_by_role("button", name="Take over").click()
+        assert "operator" in taken.wait_for_loss(timeout=60.0)
+        page.get_by_role("button", name="Give back").click()
+        until(lambda: not client.leases())
 
 
 def runs(client: Client) -> bool:

@@ -20,6 +20,7 @@ const UNITS: readonly (readonly [written: RegExp, factor: number, unit: string])
 /** What the kernel tells those who write programs, and what it is in this page. */
 const SAID: readonly (readonly [RegExp, string])[] = [
   [/the cell is stopped: .*? stopped it at .*; nothing moves until it is released, by .*$/s, "all robots are stopped: press Release, and then this again"],
+  [/an operator moves and changes what the call has leased, and (.*?) is free: lease it/g, "an operator leases a robot before moving it, and $1 is free: press Lease at the pendant"],
   [/; \S+ m: millimetres\? lengths are in meters/g, ""],
   [/; \S+ rad is \S+ turns: degrees\? use `math\.radians` or `--degrees`/g, ""],
   [/: degrees or millimetres\? speeds are in rad\/s and m\/s/g, ""],

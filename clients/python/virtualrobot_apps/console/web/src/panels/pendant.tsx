@@ -1,11 +1,14 @@
 // The pendant: joints, jogs of the tool centre point, where it is, tools, and where the robot shall go.
 import { signal } from "@preact/signals";
+import { Role } from "../generated/virtualrobot/v1/token_pb";
 import { isCraft } from "../kernel/devices";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { teach } from "../kernel/orders";
+import { giveBack, isLeasedHere, lease } from "../kernel/own_leases";
 import { otherMover } from "../kernel/own_motions";
-import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
+import { personOf } from "../kernel/words";
+import { chosen, info, leases, robotNames, robots, selected, states } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { DevicesButton, DevicesHeld } from "./devices";
@@ -21,7 +24,7 @@ export function Pendant() {
   if (!about || !state) {
     return <div class="body"><p class="hint">There is no robot here yet. The library has some.</p></div>;
   }
-  const lease = leases.value.find((one) => one.robots.includes(name));
+  const owner = ownerOf(name);
   return (
     <>
       <div class="body" id="pendant">
@@ -30,10 +33,16 @@ export function Pendant() {
             {robotNames.value.map((one) => <option key={one} value={one}>{one}</option>)}
           </select>
           <span class="select readonly" title="The tool that poses are of">{state.tool || "flange"}</span>
+          <LeaseButton robot={name} />
           <DevicesButton />
         </div>
         <DevicesHeld />
-        {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
+        {owner && !isLeasedHere(name) && (
+          <p class="hint warned">
+            <Icon name="lock" size={13} /> {personOf(owner)} has leased it: others can't move it.
+            <button type="button" class="chip" title={`Take ${name} over: its motions stop, and ${personOf(owner)} is told`} onClick={() => void lease(name, true)}>Take over</button>
+          </p>
+        )}
         {otherMover.value && <p class="hint warned" role="status"><Icon name="users" size={13} /> Somebody else moves {name} ({otherMover.value}).</p>}
         {isCraft(name) && <Drive robot={name} about={about} state={state} />}
         <Joints robot={name} about={about} state={state} />
@@ -55,6 +64,23 @@ export function Pendant() {
       </div>
       <Go />
     </>
+  );
+}
+
+/** Returns who has leased a robot, "" where nobody has. */
+function ownerOf(robot: string): string {
+  return leases.value.find(({ robots }) => robots.includes(robot))?.owner ?? "";
+}
+
+/** Leases the robot for this page, or gives it back. */
+function LeaseButton({ robot }: { robot: string }) {
+  const isOwn = isLeasedHere(robot), isOthers = !isOwn && ownerOf(robot) !== "";
+  const may = (info.value?.role ?? Role.OBSERVER) >= Role.OPERATOR;
+  const title = isOwn ? "Give it back: others may move it again" : may ? "Lease it: nobody else moves it until it is given back, or this page is gone" : "An observer looks: an operator leases and moves";
+  return (
+    <button type="button" class="tool" aria-label={isOwn ? "Give back" : "Lease"} aria-pressed={isOwn} disabled={isOthers || !may} title={title} onClick={() => void (isOwn ? giveBack(robot) : lease(robot))}>
+      <Icon name="lock" size={16} color={isOwn ? "var(--accent)" : undefined} />
+    </button>
   );
 }
 

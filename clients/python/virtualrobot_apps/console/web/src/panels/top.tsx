@@ -1,4 +1,5 @@
 // The bar on top: undo, time, speed of all robots, who is here, and STOP.
+import { useEffect, useRef } from "preact/hooks";
 import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import { attempt } from "../kernel/messages";
 import { redo, setSpeedFactor, undo } from "../kernel/orders";
@@ -6,6 +7,7 @@ import * as service from "../kernel/services";
 import { opened, toggle } from "../kernel/shown";
 import { stop, stopping } from "../kernel/stop";
 import { holdTime } from "../kernel/watches";
+import { personOf } from "../kernel/words";
 import { clock, leases, simulationTime, speedFactor } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { switchTheme, theme } from "../parts/theme";
@@ -19,8 +21,15 @@ const WORDS = { ready: "STOP", asked: "STOP", braking: "BRAKING", stopped: "STOP
 
 export function Top() {
   const dark = theme.value === "dark";
+  const bar = useRef<HTMLElement>(null);
+  useEffect(() => {
+    // What stays in sight below it has to know how high it is.
+    const observer = new ResizeObserver(() => document.documentElement.style.setProperty("--top-height", `${bar.current!.offsetHeight}px`));
+    observer.observe(bar.current!);
+    return () => observer.disconnect();
+  }, []);
   return (
-    <header class="top">
+    <header class="top" ref={bar}>
       <div class="logo"><Icon name="robot" size={22} width={1.8} />VirtualRobot</div>
       <div class="line" />
       <WhileConnected>
@@ -81,7 +90,7 @@ function People() {
   return (
     <div class="people">
       {leases.value.map(({ id, owner, robots }, place) => (
-        <span key={id} class="person" style={{ background: PALETTE[place % PALETTE.length] }} title={`${owner} has leased ${robots.join(", ")}`}>
+        <span key={id} class="person" style={{ background: PALETTE[place % PALETTE.length] }} title={`${personOf(owner)} has leased ${robots.join(", ")}`}>
           {initials(owner)}
         </span>
       ))}
