@@ -192,8 +192,14 @@ class Session:
         topic = self.hub.topics.get(name)
         if topic is None or (topic.take is None and not topic.is_told and self not in topic.writers):
             raise HubError(f"{name} is not advertised; say its type by 'advertise' first")
+        loop = asyncio.get_running_loop()
+
+        def refused(words: str) -> None:
+            with suppress(RuntimeError):  # the bridge is ending
+                loop.call_soon_threadsafe(self.status, "error", f"{name} does not take this: {words}", op.get("id"))
+
         try:
-            self.hub.hear(topic, self._stamped(topic, op.get("msg", {})))
+            self.hub.hear(topic, self._stamped(topic, op.get("msg", {})), refused)
         except FieldError as error:
             raise HubError(f"{name}: {error}") from error
         except ValueError as error:
