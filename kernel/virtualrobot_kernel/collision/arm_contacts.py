@@ -118,7 +118,11 @@ class ArmContacts:
         bodies, snapshot = self._scene.bodies, self._snapshot
         moved = self._moves_row[bodies.rows]
         chosen = np.isin(bodies.robots, list(self.robots))
-        owns, rows, group = [np.zeros(0, np.int64)], [np.zeros((0, len(moved)), np.bool_)], np.zeros(len(moved), np.int64)
+        owns, rows, group = (
+            [np.zeros(0, np.int64)],
+            [np.zeros((0, len(moved)), np.bool_)],
+            np.zeros(len(moved), np.int64),
+        )
         for place, (robot, own, asked) in enumerate(bodies.groups):
             owns.append(own)
             rows.append(asked if robot in self.robots else asked & chosen)
