@@ -17,10 +17,11 @@ from virtualrobot_apps.seeing.near import NearPoints
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3000)
 def test_a_prism_goes_from_table_to_table_past_what_the_laser_has_seen() -> None:
     """Links stay 0.10 m from the true obstacles, and the error ends at zero, as in the document with avoidance.
 
-    Without it a link comes to 0.08 m: that is what the planner keeps.
+    Without it a link comes to 0.08 m: that is what the planner keeps. The way home is left out.
     """
     pytest.importorskip("pyoctomap", reason="pip install pyoctomap")
     with (
@@ -32,7 +33,7 @@ def test_a_prism_goes_from_table_to_table_past_what_the_laser_has_seen() -> None
         cell.build(client)
         legs, centers, thing = run.plan(client, mind)
         assert sorted(thing.size) == pytest.approx(sorted(cell.SIZE), abs=0.01)
-        one = run.follow(client, legs, centers, thing, run.GAINS, 0.0)
+        one = run.follow(client, legs[:2], centers, thing, run.GAINS, 0.0)
     assert one.touched and one.off < 0.01
     assert np.linalg.norm(one.errors[-1]) < 2e-3
     assert one.least > 0.1

@@ -12,6 +12,7 @@ from virtualrobot_apps.seeing.navigation.poses import compose
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3000)
 def test_what_stands_on_the_shelf_comes_to_the_table(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
     """It stands on the table, upright, as near to its place as the vehicle knows its own: 0.1 m."""
     pytest.importorskip("pyoctomap", reason="pip install pyoctomap")
