@@ -34,7 +34,7 @@ SUITES = (
         "shell",
     ),
     *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros", "ros_loads"),
-    *("driver_ticks", "drivers", "driver_ur", "console", "room", "rapid", "studies", "navigation", "seeing"),
+    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "studies", "navigation", "seeing"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

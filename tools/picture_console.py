@@ -23,6 +23,8 @@ from tools.screenshot import browsers
 
 SIZE = 1456, 819
 PATIENCE_MS = 120_000.0
+REST_TICKS = 250
+"""Enough for robots to come to rest."""
 
 
 @click.command()
@@ -42,7 +44,10 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         work = threading.Thread(target=_work, args=(client,), daemon=True)
         work.start()
         _wait(watcher, f"iiwa-box-{box}")
-        watcher.clock.set_stepped()  # and nobody steps: the world stands still
+        watcher.clock.set_stepped()  # and nobody else steps: the world stands still
+        client.close()  # so that nobody moves the robots but who looks at the page
+        watcher.stop()
+        watcher.clock.step(REST_TICKS)
         _arrange(page)
         page.screenshot(path=folder / "console.png")
     click.echo(f"{folder / 'console.png'}: {(folder / 'console.png').stat().st_size // 1024} kB")
@@ -89,7 +94,7 @@ def _arrange(page: Page) -> None:
 
 
 def _work(client: virtualrobot.Client) -> None:
-    with suppress(virtualrobot.VirtualRobotError):  # the kernel ends before the demo does
+    with suppress(virtualrobot.VirtualRobotError, ValueError):  # it is ended before the demo is
         palletize.main(client, headless=True)
 
 

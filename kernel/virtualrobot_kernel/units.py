@@ -10,6 +10,8 @@ MOST_LENGTH = 100.0
 """Greatest edge, radius or length of a primitive shape (m), and distance of a goal, that is taken for meant."""
 MOST_TCP_SPEED = 50.0
 """Greatest speed of a tool centre point (m/s) that is taken for meant."""
+MOST_TWIST = 1000.0
+"""Greatest speed (m/s, rad/s) of a craft's twist that its component is asked about."""
 MOST_SPEED_RATIO = 10.0
 """Greatest ratio of a joint's speed to its limit that is taken for meant."""
 

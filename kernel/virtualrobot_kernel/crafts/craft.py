@@ -23,7 +23,8 @@ from virtualrobot_kernel.crafts.fitting import (
     nonsense,
     standing,
 )
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason
+from virtualrobot_kernel.units import MOST_TWIST
 from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
@@ -139,8 +140,12 @@ class CraftAtWork:
         """Return the speeds of its joints (m,) for a twist (3,), of all coordinates (nq,).
 
         A steering angle comes to where the twist needs it as fast as its joint brakes. Raises KernelError for a twist
-        that the craft never has.
+        that the craft never has, LimitError for one that no craft has.
         """
+        if (fastest := np.abs(twist).max()) > MOST_TWIST:
+            raise LimitError(
+                f"a twist is at most {MOST_TWIST:g} m/s and rad/s, not {fastest:g}", value=fastest, limit=MOST_TWIST
+            )
         states = self.states(q)
         at_once, within = (
             self._numbers("drive_commands", states.shape, twist, states, time) for time in (seconds, STEERING_SECONDS)

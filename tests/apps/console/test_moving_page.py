@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 import virtualrobot
 from playwright.sync_api import expect
+from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
-from tests.kernels import KernelProcess
+from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
 pytestmark = [*needs_page, pytest.mark.long]
 
 RASTER = 0.01
 """Meters, as the page has it."""
+
+CURSOR = "(view) => new Promise((go) => requestAnimationFrame(() => go(view.style.cursor)))"
+"""What the pointer looks like, once the page has heard where it is: it hears of moves before it draws."""
 
 
 def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:
@@ -106,7 +110,9 @@ def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelP
             until(lambda: np.allclose(client.scene.pose("core"), client.scene.pose("table") @ inside, atol=1e-6))
 
 
-def test_a_node_is_turned_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:
+def test_a_node_is_turned_by_its_handle_and_sized_by_its_faces(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess
+) -> None:
     """Looked at from above, the ring about z lies flat around the node: where it is dragged to, the node turns to."""
     with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
         client.scene.add_object("plate", virtualrobot.box(0.4, 0.2, 0.02), pose=virtualrobot.pose(0.3, 0.1))
@@ -145,3 +151,40 @@ def test_a_node_is_turned_by_its_handle(console: Console, stepped_kernel: Kernel
             assert degrees / 5.0 == pytest.approx(round(degrees / 5.0), abs=1e-3)
             page.keyboard.press("Control+z")
             until(lambda: np.allclose(client.scene.pose("plate"), virtualrobot.pose(0.3, 0.1), atol=1e-9))
+
+            # A face is taken to the right of the middle, and drawn out by steps of 10 mm; the one opposite stays.
+            def plate() -> nodes_pb2.Figure:
+                return stepped.scene.GetScene(scene_pb2.GetSceneRequest(names=["plate"])).nodes[0].figures[0]
+
+            def taken_hold_of() -> int:
+                """Press at the face's dot and return how far it is from the middle (pixels)."""
+                for right in range(20, 500, 5):
+                    page.mouse.move(x + right, y)
+                    if page.locator(".view .canvas").evaluate(CURSOR) == "grab":
+                        page.mouse.down()
+                        return right
+                raise AssertionError("there is no dot")
+
+            for key in ("5", "s"):  # who looked for the ring has turned the view
+                page.keyboard.press(key)
+            expect(page.get_by_title("Draw faces of the selected node out or in (S)")).to_have_attribute(
+                "aria-pressed", "true"
+            )
+            for ends_with in (lambda: page.keyboard.press("Escape"), lambda: None):
+                right = taken_hold_of()
+                page.mouse.move(x + right + 60, y)
+                expect(said).to_contain_text("mm")
+                words = said.inner_text()
+                assert plate().box.size.x == 0.4  # nobody has let go
+                ends_with()
+                page.mouse.up()
+                expect(said).to_have_count(0)
+            until(lambda: plate().box.size.x != 0.4)
+            figure = plate()
+            size = figure.box.size.x
+            assert size > 0.4 and size / RASTER == pytest.approx(round(size / RASTER), abs=1e-6)
+            assert f"X {1000.0 * size:.1f} mm" in words
+            assert figure.node_t_figure.position.x == pytest.approx((size - 0.4) / 2.0)
+            assert (figure.box.size.y, figure.box.size.z) == (0.2, 0.02)
+            page.keyboard.press("Control+z")
+            until(lambda: plate().box.size.x == 0.4)

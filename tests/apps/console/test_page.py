@@ -191,6 +191,7 @@ def test_a_phone_has_all_one_under_the_other(console: Console, stepped: Stubs) -
             expect(stop).to_be_in_viewport(ratio=1.0)
         row(page, "arm").click()
         expect(row(page, "arm")).to_have_attribute("aria-selected", "true")
+        expect(page.locator(".view .canvas canvas")).to_be_in_viewport(ratio=0.95)  # though the tree is far below
         stop.click()
         expect(page.locator("#stopped")).to_be_visible()
         assert stepped.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell.stopped

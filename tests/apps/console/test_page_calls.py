@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import pytest
 from virtualrobot.v1 import kernel_pb2, lease_pb2, motion_pb2
@@ -97,8 +97,9 @@ def test_pages_that_watch_the_same_all_see_it_though_others_go(console: Console,
         watch = stays.open("RobotService/WatchRobotStates", {})
         answers = stays.answers(watch)
         assert positions(next(answers)) == [0.0] * 7
-        for _ in range(20):
-            with console.page() as page:  # gone in the middle of its stream
+        with ExitStack() as others:  # gone in the middle of their streams
+            for _ in range(20):
+                page = others.enter_context(console.page())
                 seen = next(page.answers(page.open("RobotService/WatchRobotStates", {})))
                 assert positions(seen) == [0.0] * 7
         motion = start(stepped, hold=False)

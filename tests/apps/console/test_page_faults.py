@@ -9,7 +9,7 @@ import virtualrobot
 from playwright.sync_api import Page, expect
 from virtualrobot.v1 import motion_pb2
 
-from tests.api.asking import IIWA
+from tests.api.asking import IIWA, apply, box, create, load
 from tests.api.reading import state, step
 from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
 from tests.apps.console.consoles import Console, consoles
@@ -17,6 +17,25 @@ from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.waiting import until
 
 HANG = "() => { setTimeout(() => { for (;;); }, 0); }"
+DARK = """{
+  const { fetch, WebSocket } = window;
+  window.fetch = (...asked) => (window.dark ? new Promise(() => {}) : fetch(...asked));
+  window.WebSocket = class extends WebSocket {
+    send(frame) { if (!window.dark) super.send(frame); }
+  };
+  for (const name of ["onopen", "onmessage", "onclose"]) {
+    Object.defineProperty(window.WebSocket.prototype, name, {
+      get() { return this[`_${name}`]; },
+      set(hear) {
+        this[`_${name}`] = hear;
+        const { set } = Object.getOwnPropertyDescriptor(WebSocket.prototype, name);
+        const tell = (event) => (window.dark ? setTimeout(tell, 100, event) : this[`_${name}`]?.(event));
+        set.call(this, tell);
+      },
+    });
+  }
+}"""
+"""Has the network carry nothing while `window.dark` is true, and say nothing of it, as where a cable is out."""
 
 pytestmark = [*needs_page, pytest.mark.long]
 
@@ -53,6 +72,31 @@ def test_a_page_that_ends_ends_its_jog(
         assert state(stepped, "iiwa").positions == here
     (motion,) = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
     assert motion.phase != motion_pb2.MOTION_PHASE_SUCCEEDED
+
+
+def test_a_network_that_is_gone_without_a_word_is_noticed(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess
+) -> None:
+    load(stepped, IIWA, name="iiwa")
+
+    def moves() -> bool:
+        step(stepped, 2)
+        return any(state(stepped, "iiwa").velocities)
+
+    with browsers() as browser, opened(browser, console.url + PLAIN, script=DARK) as page:
+        row(page, "iiwa").click()
+        hold(page, "J1 lbr_iiwa_joint_1 plus")
+        until(moves)
+        page.evaluate("window.dark = true")
+        until(lambda: not moves())  # the button is held still
+        page.keyboard.press("Space")
+        expect(page.locator("#last")).to_contain_text("STOP has not been heard yet. Use the robot's own stop")
+        expect(page.locator("#connection")).to_have_text("disconnected")
+        expect(page.get_by_label("Z minus", exact=True)).to_be_disabled()
+        page.evaluate("window.dark = false")
+        expect(page.locator("#connection")).to_have_text("connected")
+        apply(stepped, create(box("crate")))
+        expect(row(page, "crate")).to_be_visible()
 
 
 def test_names_are_words(console: Console, stepped_kernel: KernelProcess) -> None:

@@ -77,6 +77,7 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("jog", "arm", "--keys"), "--keys needs a terminal"),
         (("signal", "--create"), "say which signal"),
         (("step", "0"), "0 is not in the range"),
+        (("stop", "--quickly"), "No such option '--quickly'; there are --"),
     ],
 )
 def test_wrong_usage_is_told_with_exit_code_2(

@@ -168,6 +168,11 @@ class SetpointStream:
                 interruptions.wait(self._changed, 0.5)
                 self._raise_if_over()
 
+    def check(self) -> None:
+        """Raise what `send` would raise of the setpoints so far; nothing while all is well."""
+        with self._changed:
+            self._raise_if_over()
+
     def close(self, timeout: float | None = None) -> None:
         """End the stream well and wait until the joints rest, for at most `timeout` seconds; raises as `send` does."""
         with self._changed:

@@ -48,6 +48,11 @@ class Publisher:
         """
         self._send(value)
 
+    def check(self) -> None:
+        """Raise why a robot follows no more, such as a value that was refused; nothing while all is well."""
+        if self._setpoints is not None:
+            self._setpoints.check()
+
     def close(self) -> None:
         """Let a robot come to rest."""
         if self._setpoints is not None:

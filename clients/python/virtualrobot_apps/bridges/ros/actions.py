@@ -15,7 +15,7 @@ from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState, Phase
 from virtualrobot.robots.robot import Robot
 
-from virtualrobot_apps.bridges.ros.hub import ABORTED, CANCELED, SUCCEEDED, Feedback, HubError
+from virtualrobot_apps.bridges.ros.hub import ABORTED, CANCELED, SUCCEEDED, Feedback, HubError, Refused
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, header, nanoseconds_of, time_of
 from virtualrobot_apps.bridges.ros.mapping.trajectories import (
     INVALID_GOAL,
@@ -219,13 +219,13 @@ class TrajectoryTopic:
         """Hear of none yet."""
         self._client, self._robot, self._say = client, robot, say
         self._changed = threading.Condition()
-        self._newest: RosValue = None
+        self._newest: tuple[RosValue, Refused] | None = None
         self._thread: threading.Thread | None = None
 
-    def take(self, value: RosValue) -> None:
-        """Take a `trajectory_msgs/JointTrajectory`; returns at once. What can't be run is said."""
+    def take(self, value: RosValue, refused: Refused) -> None:
+        """Take a `trajectory_msgs/JointTrajectory`; returns at once. What can't be run is said, also to `refused`."""
         with self._changed:
-            self._newest = value
+            self._newest = value, refused
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name=f"trajectories of {self._robot}", daemon=True)
                 self._thread.start()
@@ -233,12 +233,14 @@ class TrajectoryTopic:
     def _run(self) -> None:
         while True:
             with self._changed:
-                value, self._newest = self._newest, None
-                if value is None:
+                newest, self._newest = self._newest, None
+                if newest is None:
                     self._thread = None
                     return
+            value, refused = newest
             try:
                 robot = self._client.robot(self._robot)
                 _started(robot, rows_of(value, robot.joint_names, _now(self._client)))
             except (BadGoalError, VirtualRobotError) as error:
                 self._say(f"a trajectory for {self._robot} is not taken: {error}")
+                refused(str(error))

@@ -7,11 +7,16 @@ import time
 from collections.abc import Callable, Sequence
 
 from virtualrobot import Client
-from virtualrobot.errors import VirtualRobotError
+from virtualrobot.errors import InvalidArgumentError, LimitError, PluginFailedError, VirtualRobotError
 from virtualrobot.streams.publishing import Publisher
+
+from virtualrobot_apps.bridges.ros.hub import Refused
 
 WATCHDOG_SECONDS = 0.5
 """Simulation time after which a craft that has got no new twist stops."""
+
+_LOOK_SECONDS = 0.1
+"""Time (s) after which it is seen whether the last twist was refused, where no other comes."""
 
 _BRAKING_SECONDS = 5.0
 """Time (s) in which a craft whose twists came too late may still be braking, and takes no others."""
@@ -24,16 +29,16 @@ class TwistCommands:
         """Send nothing yet; the craft is free until the first twist."""
         self._client, self._stream, self._say = client, stream, say
         self._changed = threading.Condition()
-        self._newest: Sequence[float] | None = None
+        self._newest: tuple[Sequence[float], Refused] | None = None
         self._closed = False
         self._thread: threading.Thread | None = None
         self._said = ""
         self._ended = float("-inf")
 
-    def send(self, twist: Sequence[float]) -> None:
-        """Take a twist (vx, vy, omega) in m/s and rad/s; returns at once."""
+    def send(self, twist: Sequence[float], refused: Refused) -> None:
+        """Take a twist (vx, vy, omega; m/s, rad/s); returns at once. What is refused is said, also to `refused`."""
         with self._changed:
-            self._newest = twist
+            self._newest = twist, refused
             self._changed.notify()
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name=f"twists of {self._stream}", daemon=True)
@@ -49,36 +54,53 @@ class TwistCommands:
 
     def _run(self) -> None:
         publisher: Publisher | None = None
-        while (twist := self._next()) is not None:
+        refused: Refused = self._say
+        while (newest := self._next(publisher is not None)) is not None:
+            if publisher is not None and self._has_ended(publisher, refused):
+                publisher = None
+            if not newest:
+                continue
+            twist, refused = newest
             # The kernel ends a motion that gets nothing for half a second: the next twist begins another one.
-            for _ in range(2):
-                try:
-                    if publisher is None:
-                        publisher = self._client.streams.publisher(self._stream, timeout=WATCHDOG_SECONDS)
-                    publisher.send(twist)
-                    self._said = ""
-                    break
-                except VirtualRobotError as error:
-                    began, publisher = publisher is None, None
-                    if not began:
-                        self._ended = time.monotonic()
-                    elif time.monotonic() - self._ended > _BRAKING_SECONDS:
-                        self._tell(str(error))
-                        break
+            try:
+                if publisher is None:
+                    publisher = self._client.streams.publisher(self._stream, timeout=WATCHDOG_SECONDS)
+                publisher.send(twist)
+                self._said = ""
+            except VirtualRobotError as error:
+                if publisher is not None:
+                    self._has_ended(publisher, refused)
+                elif time.monotonic() - self._ended > _BRAKING_SECONDS:
+                    self._tell(str(error), refused)
+                publisher = None
         if publisher is not None:
             try:
                 publisher.close()
             except VirtualRobotError:
                 pass  # it has stopped already
 
-    def _next(self) -> Sequence[float] | None:
+    def _next(self, is_open: bool) -> tuple[Sequence[float], Refused] | tuple[()] | None:
+        """Return the newest twist, nothing when it is time to look after the last, None at the end."""
         with self._changed:
             while self._newest is None and not self._closed:
-                self._changed.wait()
-            twist, self._newest = self._newest, None
-            return None if self._closed else twist
+                if not self._changed.wait(_LOOK_SECONDS if is_open else None):
+                    return ()
+            newest, self._newest = self._newest, None
+            return None if self._closed else newest
 
-    def _tell(self, words: str) -> None:
+    def _has_ended(self, publisher: Publisher, refused: Refused) -> bool:
+        """Return whether a craft follows no more; where its kernel has refused the last twist, that is told."""
+        try:
+            publisher.check()
+        except VirtualRobotError as error:
+            self._ended = time.monotonic()
+            if isinstance(error, InvalidArgumentError | LimitError | PluginFailedError):
+                self._tell(str(error), refused)
+            return True
+        return False
+
+    def _tell(self, words: str, refused: Refused) -> None:
+        refused(words)
         if words != self._said:
             self._say(f"{self._stream}: a twist is not taken: {words}")
         self._said = words

@@ -16,6 +16,9 @@ from virtualrobot_apps.bridges.ros.parameters import Parameters
 
 Reader: TypeAlias = Callable[[Message], None]
 
+Refused: TypeAlias = Callable[[str], None]
+"""Tells a publisher, from any thread, in words why something was not done that was taken already."""
+
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """States of a goal that is over; source: action_msgs/GoalStatus."""
 
@@ -42,7 +45,8 @@ class Topic:
         latched: whether who comes later gets the last message at once.
         reliable: whether none of its messages may be lost on the way; else the newest counts (QoS of sensor data).
         wanted: is told when the first reader comes and when the last one has gone.
-        take: gets what others publish, where the world hears it; raises ValueError for what it can't take.
+        take: gets what others publish, where the world hears it, and what tells them later that it was refused;
+            raises ValueError for what it can't take.
         readers: who gets its messages.
         writers: who has advertised it.
         last: the last message, of a latched one.
@@ -54,7 +58,7 @@ class Topic:
     latched: bool = False
     reliable: bool = True
     wanted: Callable[[bool], None] | None = None
-    take: Callable[[RosValue], None] | None = None
+    take: Callable[[RosValue, Refused], None] | None = None
     readers: list[Reader] = field(default_factory=list)
     writers: set[object] = field(default_factory=set)
     last: Message | None = None
@@ -175,8 +179,10 @@ class Hub:
         for reader in tuple(topic.readers):
             reader(message)
 
-    def hear(self, topic: Topic, value: RosValue) -> None:
+    def hear(self, topic: Topic, value: RosValue, refused: Refused = lambda words: None) -> None:
         """Take what somebody outside publishes: for the world, where it hears the topic, and for other readers.
+
+        What the world refuses later is told to `refused`, from any thread.
 
         Raises:
             HubError: where the world alone tells it.
@@ -185,7 +191,7 @@ class Hub:
         if topic.is_told and topic.take is None:
             raise HubError(f"{topic.name} is told by the world; nobody else publishes it")
         if topic.take is not None:
-            topic.take(value)
+            topic.take(value, refused)
         self.publish(topic.name, Message(topic.type, value, self.now))
 
     def hear_cdr(self, topic: Topic, cdr: bytes) -> None:

@@ -15,6 +15,7 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot.scene.figures import Figure
 
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
+from virtualrobot_apps.bridges.ros.hub import Refused
 from virtualrobot_apps.bridges.ros.in_order import InOrder
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, matrix_of
 
@@ -36,19 +37,21 @@ class PlanningScene:
         self._client, self._say, self._bare = client, say, bare
         self._objects = InOrder("objects", self._work)
 
-    def take(self, value: RosValue) -> None:
-        """Take a `moveit_msgs/CollisionObject`; returns at once. What can't stand in the world is said.
+    def take(self, value: RosValue, refused: Refused) -> None:
+        """Take a `moveit_msgs/CollisionObject`; returns at once. What is refused is said, also to `refused`.
 
         Raises:
             ValueError: when too many wait.
         """
-        self._objects.put(value)
+        self._objects.put((value, refused))
 
-    def _work(self, value: RosValue) -> None:
+    def _work(self, told: tuple[RosValue, Refused]) -> None:
+        value, refused = told
         try:
             self._apply(value)
         except (VirtualRobotError, ValueError) as error:
             self._say(f"{OBJECTS}: {value.id[:80]!r} is not taken: {error}")
+            refused(f"{value.id[:80]!r}: {error}")
 
     def _apply(self, value: RosValue) -> None:
         scene, name = self._client.scene, value.id

@@ -12,7 +12,7 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot.signals import SignalChange
 
 from virtualrobot_apps.bridges.ros.following import Following
-from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
+from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Refused, Topic
 from virtualrobot_apps.bridges.ros.in_order import InOrder
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.mapping.names import topic_name
@@ -127,12 +127,13 @@ class SignalTopics:
             for topic in (signal.told, signal.set):
                 self._hub.withdraw(topic)
 
-    def _hear(self, name: str, message: RosValue) -> None:
-        self._setting.put((name, value_of(message)))
+    def _hear(self, name: str, message: RosValue, refused: Refused) -> None:
+        self._setting.put((name, value_of(message), refused))
 
-    def _set(self, pair: tuple[str, Value]) -> None:
-        name, value = pair
+    def _set(self, wish: tuple[str, Value, Refused]) -> None:
+        name, value, refused = wish
         try:
             self._client.signals.set({name: value})
         except VirtualRobotError as error:
             self._say(f"the signal {name!r} is not set: {error}")
+            refused(str(error))

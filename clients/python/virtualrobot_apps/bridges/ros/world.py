@@ -21,7 +21,7 @@ from virtualrobot_apps.bridges.ros.actions import TRAJECTORY
 from virtualrobot_apps.bridges.ros.bridge_file import TWISTS, Choice
 from virtualrobot_apps.bridges.ros.commands import TwistCommands
 from virtualrobot_apps.bridges.ros.feed import Feed
-from virtualrobot_apps.bridges.ros.hub import Action, Hub, HubError, Run, Topic
+from virtualrobot_apps.bridges.ros.hub import Action, Hub, HubError, Refused, Run, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.mapping.names import FrameNames, topic_name
 from virtualrobot_apps.bridges.ros.mapping.outputs import Naming, Output, outputs_of
@@ -276,5 +276,5 @@ class World:
         threading.Thread(target=work, name=f"description of {robot}", daemon=True).start()
 
 
-def _take_twist(commands: TwistCommands, value: RosValue) -> None:
-    commands.send(commanded_twist(value))
+def _take_twist(commands: TwistCommands, value: RosValue, refused: Refused) -> None:
+    commands.send(commanded_twist(value), refused)

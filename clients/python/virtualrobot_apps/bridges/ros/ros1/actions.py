@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from virtualrobot_apps.bridges.ros.hub import ABORTED, CANCELED, SUCCEEDED, Action, GoalRefusedError, Topic
+from virtualrobot_apps.bridges.ros.hub import ABORTED, CANCELED, SUCCEEDED, Action, GoalRefusedError, Refused, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, header, nanoseconds_of, time_of
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.ros1 import ROS1, converted, part_of
@@ -67,7 +67,7 @@ class ActionlibServer:
         for goal in self._goals.values():
             goal.cancel.set()
 
-    def _take(self, value: RosValue) -> None:
+    def _take(self, value: RosValue, _: Refused) -> None:
         id = value.goal_id
         if not id.id:
             self._number += 1
@@ -109,7 +109,7 @@ class ActionlibServer:
             del self._goals[key]
         self._tell_status()
 
-    def _cancel(self, id: RosValue) -> None:
+    def _cancel(self, id: RosValue, _: Refused) -> None:
         """Cancel the goal that is named, and all up to a time; all, where neither is said."""
         time, everything = nanoseconds_of(id.stamp), not id.id and not nanoseconds_of(id.stamp)
         for key, goal in self._goals.items():

@@ -23,7 +23,7 @@ from virtualrobot.v1 import sensing_pb2
 
 from virtualrobot_apps.bridges.ros.bridge_file import Choice, Entry
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
-from virtualrobot_apps.bridges.ros.hub import Hub, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import Hub, Refused, Service, Topic
 from virtualrobot_apps.bridges.ros.in_order import InOrder
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, matrix_of
 from virtualrobot_apps.bridges.ros.mapping.names import FrameNames, topic_name
@@ -111,15 +111,16 @@ class SimuepTopics:
             answer = partial(self._answered, f"{SERVICES[kind]}_Response", words, answers[kind])
             self._hub.serve(Service(topic_name(self._scene.prefix, name), SERVICES[kind], answer))
 
-    def _take(self, name: str, set_it: Callable[[RosValue], None], value: RosValue) -> None:
-        self._changes.put((name, set_it, value))
+    def _take(self, name: str, set_it: Callable[[RosValue], None], value: RosValue, refused: Refused) -> None:
+        self._changes.put((name, set_it, value, refused))
 
-    def _work(self, change: tuple[str, Callable[[RosValue], None], RosValue]) -> None:
-        name, set_it, value = change
+    def _work(self, change: tuple[str, Callable[[RosValue], None], RosValue, Refused]) -> None:
+        name, set_it, value, refused = change
         try:
             set_it(value)
         except (VirtualRobotError, ValueError) as error:
             self._say(f"{name}: {error}")
+            refused(str(error))
 
     def _answered(self, type: str, words: str, work: Callable[[RosValue], str], asked: RosValue) -> Awaitable[RosValue]:
         async def answer() -> RosValue:

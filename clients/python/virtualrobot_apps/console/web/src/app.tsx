@@ -85,12 +85,14 @@ const KEYS: Record<string, () => void> = {
   e: () => (tool.value = "rotate"),
   m: () => (tool.value = "move"),
   t: () => (tool.value = "turn"),
+  s: () => (tool.value = "size"),
   f: () => viewport.current?.frame(selected.value),
   i: () => isolate(selected.value),
   d: () => toggle("measuring"),
   n: () => (namesShown.value = !namesShown.peek()),
   Escape: () => {
     viewport.current?.nodeHandle.leave();
+    viewport.current?.sizeHandle.leave();
     goal.clear();
     leave();
     if (opened.value === "measuring") opened.value = "";

@@ -7,6 +7,9 @@ import { AnswerQueue } from "./answer_queue";
 
 const BEGIN = 0, MESSAGE = 1, END = 2, CANCEL = 3;
 const HEAD_BYTES = 5;
+const LOOK_MS = 1000;
+/** Looks without a word from the console after which it is asked for one, and after which it is gone. */
+const QUIET_LOOKS = 3, MOST_LOOKS = 10;
 const TEXT = { written: new TextEncoder(), read: new TextDecoder() };
 const NOTHING = new Uint8Array();
 
@@ -26,10 +29,14 @@ export class PageCalls implements Transport {
   #opened?: Promise<void>;
   #calls = new Map<number, Call>();
   #count = 0;
+  /** How often it was looked since the console has said something. Looks are counted, not time: a page that slept has missed none. */
+  #quiet = 0;
   /** Bytes that have come since the page was loaded. */
   bytes = 0;
 
-  constructor(private readonly url: string, private readonly headers: Record<string, string> = {}) {}
+  constructor(private readonly url: string, private readonly headers: Record<string, string> = {}) {
+    setInterval(() => this.#look(), LOOK_MS);
+  }
 
   async unary<I extends DescMessage, O extends DescMessage>(
     method: DescMethodUnary<I, O>,
@@ -106,19 +113,31 @@ export class PageCalls implements Transport {
   #open(): Promise<void> {
     if (this.#opened !== undefined) return this.#opened;
     const socket = (this.#socket = new WebSocket(this.url));
+    this.#quiet = 0;
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event) => this.#take(event.data as ArrayBuffer);
     this.#opened = new Promise((resolve, reject) => {
       socket.onopen = () => resolve();
-      socket.onclose = () => {
-        const gone = new ConnectError("the console has gone", Code.Unavailable);
-        this.#opened = undefined;
+      socket.onclose = ({ reason }) => {
+        const gone = new ConnectError(reason || "the console has gone", Code.Unavailable);
+        socket.onclose = null;
+        this.#opened = this.#socket = undefined;
         reject(gone);
         for (const call of this.#calls.values()) call.end(gone);
         this.#calls.clear();
       };
     });
     return this.#opened;
+  }
+
+  /** Notices a network that has gone without a word: what never began is answered by the console at once, and asks the kernel for nothing. */
+  #look(): void {
+    if (!this.#socket || ++this.#quiet < QUIET_LOOKS) return;
+    if (this.#quiet < MOST_LOOKS) return this.#put(0, BEGIN, TEXT.written.encode("{}"));
+    this.#socket.onmessage = null;
+    this.#socket.close();
+    // A socket waits for the other end's word before it says that it is closed.
+    this.#socket.onclose?.(new CloseEvent("close", { reason: "the console doesn't answer: is the network gone?" }));
   }
 
   #put(number: number, kind: number, data: Uint8Array = NOTHING): void {
@@ -136,6 +155,7 @@ export class PageCalls implements Transport {
     const call = this.#calls.get(number);
     const said = new Uint8Array(data, HEAD_BYTES);
     this.bytes += data.byteLength;
+    this.#quiet = 0;
     if (view.getUint8(4) === MESSAGE) {
       call?.take(said);
       return;

@@ -11,6 +11,7 @@ import { cell, moving } from "./world";
 export type Stopping = "ready" | "asked" | "braking" | "stopped";
 
 const REASON = "STOP in the console";
+const PATIENCE_MS = 2000;
 const asked = signal(false);
 
 /** Whether this page was the first to ask for the stop that holds. */
@@ -33,6 +34,8 @@ export async function stop(): Promise<void> {
   letGo();
   asked.value = true;
   if (!cell.peek()?.stopped) mine.value = true;
+  // Where the network is gone nothing ends for minutes; what was asked for is tried on.
+  const late = setTimeout(() => say("STOP has not been heard yet. Use the robot's own stop.", "error"), PATIENCE_MS);
   try {
     const { cell: told } = await Promise.any([drivers.stopCell({ reason: REASON }), stopByRequest()]);
     cell.value = told;
@@ -41,6 +44,7 @@ export async function stop(): Promise<void> {
     mine.value = false;
     say(`STOP was not heard: ${first.message}. Use the robot's own stop.`, "error");
   } finally {
+    clearTimeout(late);
     asked.value = false;
   }
 }

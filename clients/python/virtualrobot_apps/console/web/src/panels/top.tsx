@@ -1,4 +1,5 @@
 // The bar on top: undo, time, speed of all robots, who is here, and STOP.
+import { useEffect, useRef } from "preact/hooks";
 import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import { attempt } from "../kernel/messages";
 import { redo, setSpeedFactor, undo } from "../kernel/orders";
@@ -19,8 +20,15 @@ const WORDS = { ready: "STOP", asked: "STOP", braking: "BRAKING", stopped: "STOP
 
 export function Top() {
   const dark = theme.value === "dark";
+  const bar = useRef<HTMLElement>(null);
+  useEffect(() => {
+    // What stays in sight below it has to know how high it is.
+    const observer = new ResizeObserver(() => document.documentElement.style.setProperty("--top-height", `${bar.current!.offsetHeight}px`));
+    observer.observe(bar.current!);
+    return () => observer.disconnect();
+  }, []);
   return (
-    <header class="top">
+    <header class="top" ref={bar}>
       <div class="logo"><Icon name="robot" size={22} width={1.8} />VirtualRobot</div>
       <div class="line" />
       <WhileConnected>

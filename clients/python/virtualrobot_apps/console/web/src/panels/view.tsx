@@ -76,8 +76,9 @@ function Handles() {
       {one("rotate", "rotate-3d", "Turn the robot's tool (E)")}
       {one("move", "move", "Move the selected node (M)")}
       {one("turn", "rotate-cw", "Turn the selected node (T)")}
+      {one("size", "scaling", "Draw faces of the selected node out or in (S)")}
       <span class="line" />
-      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them; turned, to 5°" onClick={() => (snaps.value = !snaps.value)}>
+      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them; turned, to 5°; sizes to 10 mm" onClick={() => (snaps.value = !snaps.value)}>
         <Icon name="magnet" size={17} />
       </button>
       <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the own axes of the tool, or of the node" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
@@ -141,16 +142,19 @@ function Fact({ name, children }: { name: string; children: ComponentChildren })
   return <div class="fact"><b>{name}</b>{children}</div>;
 }
 
-/** Says where a node would be that is dragged, and at whose face. */
+/** Says where a node would be that is dragged, and at whose face, or how large. */
 function Moved() {
   const dragged = draggedNode.value;
   if (!dragged) return null;
-  const { name, position, turnDegrees, beside } = dragged;
+  const { name, position, turnDegrees, size, beside } = dragged;
+  const words = size
+    ? `${size.name} ${fixed(1000 * size.meters, 1)} mm`
+    : turnDegrees === undefined ? `${position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm` : `turned by ${fixed(turnDegrees, 1)}°`;
   return (
     <div class="float moved" role="status">
-      <Icon name="move-3d" size={16} color="var(--part)" />
+      <Icon name={size ? "scaling" : "move-3d"} size={16} color="var(--part)" />
       <b class="cut">{name}</b>
-      <span class="mono">{turnDegrees === undefined ? `${position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm` : `turned by ${fixed(turnDegrees, 1)}°`}</span>
+      <span class="mono">{words}</span>
       {beside.length > 0 && <span class="accent cut">at {beside.join(", ")}</span>}
     </div>
   );

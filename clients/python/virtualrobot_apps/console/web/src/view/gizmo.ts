@@ -8,9 +8,9 @@ import { orientationOf, positionOf } from "../parts/numbers";
 import { placesIn } from "./postures";
 import type { Viewport } from "./viewport";
 
-export type Tool = "select" | "translate" | "rotate" | "move" | "turn";
+export type Tool = "select" | "translate" | "rotate" | "move" | "turn" | "size";
 
-/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move or turn the selected node; and whether the tool's handle has its axes. */
+/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move, turn or size the selected node; and whether the tool's handle has its axes. */
 export const tool = signal<Tool>("select");
 export const inToolAxes = signal(false);
 

@@ -26,6 +26,8 @@ export interface Dragged {
   position: Vector3;
   /** How far it has been turned from where it is; undefined while it is moved. */
   turnDegrees?: number;
+  /** How large a figure would be; undefined while the node itself is moved or turned. */
+  size?: { name: string; meters: number };
   beside: readonly string[];
 }
 

@@ -14,6 +14,7 @@ import { Names, namesShown } from "./names";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { drawSwept } from "./postures";
+import { SizeHandle } from "./size_handle";
 import { Solids } from "./solids";
 import { drawSpans } from "./spans";
 import { Stage } from "./stage";
@@ -35,6 +36,7 @@ export class Viewport {
   readonly ghost = new Ghost(0x38a3ff);
   readonly gizmo: Gizmo;
   readonly nodeHandle: NodeHandle;
+  readonly sizeHandle: SizeHandle;
   /** What panels draw into the view. */
   readonly overlay = new Group();
   readonly stage = new Stage();
@@ -53,7 +55,8 @@ export class Viewport {
     this.observer = new Observer(this.canvas, () => this.invalidate());
     this.gizmo = new Gizmo(this);
     this.nodeHandle = new NodeHandle(this);
-    scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects);
+    this.sizeHandle = new SizeHandle(this, host);
+    scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects, ...this.sizeHandle.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
     drawTraces(this);
