@@ -35,6 +35,7 @@ SUITES = (
     ),
     *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros", "ros_loads"),
     *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "studies", "navigation", "seeing"),
+    "bins",
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
