@@ -47,6 +47,7 @@ SUITES = (
         "ros_dds",
     ),
     *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "studies", "navigation", "seeing"),
+    "bins",
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
