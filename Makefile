@@ -145,12 +145,13 @@ picture: $(VENV)/installed-dev $(PAGE)
 	@$(BIN)/python -m tools.picture_room docs/pictures
 	@$(BIN)/python tools/picture_boebot.py docs/pictures
 
-# The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md, docs/ugv.md and docs/boebot.md.
+# The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md, docs/demo-carry.md, docs/ugv.md and docs/boebot.md.
 profiles: $(VENV)/installed-dev
 	@$(BIN)/python tools/plot_motions.py docs/pictures
 	@$(BIN)/python tools/plot_sensor_models.py docs/pictures
 	@$(BIN)/python tools/plot_recording.py docs/pictures
 	@$(BIN)/virtualrobot avoid --headless --stepped --plot docs/pictures/avoidance.svg
+	@$(BIN)/virtualrobot demo carry --headless --plot docs/pictures/carry.svg
 	@$(BIN)/virtualrobot demo ugv --headless --plot docs/pictures/ugv.svg
 	@$(BIN)/virtualrobot demo boebot --headless --plot docs/pictures/boebot.svg
 	@$(BIN)/virtualrobot demo maze --headless --plot docs/pictures/maze.svg

@@ -32,7 +32,7 @@ LONGEST = 0.3
 """Time (s) from the last beat to standstill that the console promises."""
 
 JOINT = 0
-LABEL = "lbr_iiwa_joint_1 plus"
+LABEL = "J1 lbr_iiwa_joint_1 plus"
 HANG = "() => { setTimeout(() => { for (;;); }, 0); }"
 
 End = Callable[[Browser, Page], None]

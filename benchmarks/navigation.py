@@ -1,14 +1,18 @@
-"""Navigation of a vehicle: a step of its control on a floor, and a plan on a map of more than a million cells.
+"""Navigation of a vehicle: a step of its control on a floor, a plan on a map of more than a million cells, and ways.
 
-The world is plane, and its lidar's rays are met by formula; nothing of a kernel is measured. Times are those of a core,
-as all of this is computed in one thread.
+Steps and plans are measured in a plane world, whose lidar's rays are met by formula; their times are those of a core,
+as all of this is computed in one thread. Ways to ten goals on each of ten floors are driven in a kernel, in steps, so
+that no load changes their numbers.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
+import virtualrobot
+from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.seeing.navigation import floors
 from virtualrobot_apps.seeing.navigation.floors import CORRIDOR, START
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
@@ -22,6 +26,7 @@ from virtualrobot_apps.seeing.navigation.vehicle import PERIOD
 
 from benchmarks.rows import Row, row
 from tests.apps.seeing.flat_lidar import scan_at
+from tests.apps.seeing.floors_by_seed import Gone, ways
 
 FOOTPRINT = Footprint(-0.14, 0.14, -0.15, 0.15)
 """About that of a UGV (m)."""
@@ -34,6 +39,10 @@ ACROSS, ALONG = 5, 5
 DOOR = 20
 """Width of a door (cells)."""
 PLANS = 10
+FLOORS, GOALS_OF_FLOOR = 10, 10
+"""Floors by seed, and goals on each."""
+MOST_RATIO = 1.3
+"""Length of a way, in shortest ones, up to which it is good."""
 STEP_SECONDS, PLAN_SECONDS = 0.02, 0.2
 """Budgets."""
 
@@ -63,7 +72,26 @@ def run() -> list[Row]:
     rows.append(
         row("a plan, median", 1e3 * float(np.median(plans)), 1e3 * PLAN_SECONDS, "200 ms", "ms of a core", 1.0, note)
     )
-    return rows
+    return [*rows, *driven()]
+
+
+def driven() -> list[Row]:
+    """Return how ways to goals on floors by seed went, by lidar and encoders in a kernel."""
+    with KernelProcess("--stepped", headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        return judged([way for seed in range(1, 1 + FLOORS) for way in ways(client, seed, GOALS_OF_FLOOR)])
+
+
+def judged(found: Sequence[Gone]) -> list[Row]:
+    """Return rows about ways that are over."""
+    ratios = [way.ratio for way in found if way.reached]
+    touched, least = sum(way.clear <= 0.0 for way in found), min(way.clear for way in found)
+    name, note = f"of {len(found)} goals on {FLOORS} floors", f"{1e3 * least:.0f} mm at least from everything"
+    return [
+        row(f"{name}, not reached", len(found) - len(ratios), 0.5, "none", "goals", 1.0),
+        row(f"{name}, touched something on the way", touched, 0.5, "none", "goals", 1.0, note),
+        row("the longest way, in shortest ones", max(ratios), MOST_RATIO, "1.3", "of 1", 1.0),
+        row("a way, median", float(np.median(ratios)), MOST_RATIO, "1.3", "of 1", None),
+    ]
 
 
 def control_steps() -> tuple[list[float], int]:

@@ -116,19 +116,27 @@ def subscription(topic: str, type: str) -> str:
     return json.dumps({"op": "subscribe", "topic": topic, "type": type, "compression": "cbor"})
 
 
-def beside_bare(name: str, ours: float, data: bytes, period: float, count: int, warm: int, budget: float) -> Row:
-    """Return the row of what the bridge takes of a core, beside a bare server that sends the same bytes."""
-    name = f"{name}: the bridge, with what it hears of the kernel, a message"
+def beside_others(
+    name: str, ours: float, data: bytes, address: str, stream: str, period: float, count: int, warm: int, budget: float
+) -> list[Row]:
+    """Return the rows of what the bridge takes of a core, beside two that send the same bytes.
+
+    A bare server sends them once a period, and a bare bridge when it hears of a sample of a stream. What the bare
+    bridge takes more than the server is what hearing the kernel takes of anyone.
+    """
     with process([sys.executable, "-c", BARE, str(period)], "listening on ") as (port, bare):
-        _, _, peer = hear(f"ws://127.0.0.1:{port}", data, count, warm, bare.pid)
-    return row(name, ours, peer, "websockets, the same bytes", "ms of a core", budget)
-
-
-def beside_forwarder(name: str, ours: float, data: bytes, address: str, stream: str, count: int, warm: int) -> Row:
-    """Return the row of what the bridge takes of a core, beside a bare bridge of a stream that sends the same bytes."""
+        _, _, sending = hear(f"ws://127.0.0.1:{port}", data, count, warm, bare.pid)
     with forwarder(address, stream) as (port, bare):
-        _, _, peer = hear(f"ws://127.0.0.1:{port}", data, count, warm, bare.pid)
-    return row(f"{name}: the bridge, a message", ours, peer, "a bare bridge, the same bytes", "ms of a core", None)
+        _, _, hearing = hear(f"ws://127.0.0.1:{port}", data, count, warm, bare.pid)
+    peer, unit = "websockets, the same bytes", "ms of a core"
+    return [
+        row(f"{name}: the bridge, with what it hears of the kernel, a message", ours, sending, peer, unit, budget),
+        row(f"{name}: the bridge, a message", ours, hearing, "a bare bridge, the same bytes", unit, None),
+        row(
+            f"{name}: the bridge, without what hearing takes of a bare bridge, a message",
+            *(ours - hearing + sending, sending, peer, unit, budget),
+        ),
+    ]
 
 
 def joints(url: str, client: virtualrobot.Client, address: str, pid: int) -> list[Row]:
@@ -139,15 +147,14 @@ def joints(url: str, client: virtualrobot.Client, address: str, pid: int) -> lis
     with own_arrivals(client, "/robots/arm/joint_states") as own:
         came, data, ours = hear(url, ask, TICKS, WARM, pid)
     name, later = "joints at 500 Hz by rosbridge, CBOR", later_than(own, came)
-    forwarded = beside_forwarder(name, ours, data, address, "/robots/arm/joint_states", TICKS, WARM)
+    beside = beside_others(name, ours, data, address, "/robots/arm/joint_states", 0.002, TICKS, WARM, 1.5)
     arm.stop()
     return [
         row(f"{name}: later than by the kernel's client", percentile(later, 50), 1.0, "what is wanted", "ms, p50", 1.0),
         row(
             f"{name}: later than by the kernel's client", percentile(later, 99), 10.0, "what is wanted", "ms, p99", 1.0
         ),
-        beside_bare(name, ours, data, 0.002, TICKS, WARM, 1.5),
-        forwarded,
+        *beside,
     ]
 
 
@@ -165,8 +172,9 @@ def pictures(url: str, client: virtualrobot.Client, address: str, pid: int) -> l
             *(percentile(later, 50), 1e3 / HERTZ, "a picture's period", "ms, p50", None),
         ),
         row(f"{name}: how many come", 1.0 / float(np.mean(seconds)), HERTZ, "the camera's rate", "a second", None),
-        beside_bare(name, ours, data, float(np.mean(seconds)), PICTURES, WARM_PICTURES, 1.3),
-        beside_forwarder(name, ours, data, address, "/sensors/eye/color", PICTURES, WARM_PICTURES),
+        *beside_others(
+            *(name, ours, data, address, "/sensors/eye/color", float(np.mean(seconds)), PICTURES, WARM_PICTURES, 1.3)
+        ),
     ]
 
 

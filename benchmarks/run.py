@@ -33,8 +33,21 @@ SUITES = (
         "startup",
         "shell",
     ),
-    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros", "ros_loads"),
-    *("driver_ticks", "drivers", "driver_ur", "console", "room", "rapid", "studies", "navigation", "seeing"),
+    *(
+        "memory",
+        "soak",
+        "faults",
+        "recordings",
+        "history",
+        "journal",
+        "replay",
+        "cell_io",
+        "ros",
+        "ros_loads",
+        "ros_dds",
+    ),
+    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "studies", "navigation", "seeing"),
+    "bins",
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

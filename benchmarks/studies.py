@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from loky import ProcessPoolExecutor
 from virtualrobot_apps.studies.engines import Engine, Here, Local
+from virtualrobot_apps.studies.ray_engine import Ray
 from virtualrobot_apps.studies.reach import orientations
 from virtualrobot_apps.studies.running import open_job
 from virtualrobot_apps.studies.running import run as run_job
@@ -20,19 +23,32 @@ from virtualrobot_apps.studies.worlds import open_world
 from benchmarks.rows import Row, row
 
 WORKERS, ROUNDS = 2, 3
-CELLS, BLOCK, CELL_SECONDS = 1000, 50, 0.01
+CELLS, LONG, BLOCK, CELL_SECONDS = 1000, 3000, 50, 0.01
 EMPTY_CELLS = 20_000
 POSES, TARGETS, PLACES = 1000, 12, 50
-SCENE = """
-schema_version: 1
-nodes:
+FURNITURE = """
 - name: table
-  object: {{}}
-  parent_t_node: {{position: {{z: -0.03}}}}
-  figures: [{{box: {{size: {{x: 2, y: 2, z: 0.04}}}}}}]
-{meshes}
-models: [{{uri: "model://ur5e", name: arm}}]
+  object: {}
+  parent_t_node: {position: {z: -0.03}}
+  figures: [{box: {size: {x: 2, y: 2, z: 0.04}}}]
 """
+MODEL = """
+models: [{uri: "model://ur5e", name: arm}]
+"""
+# "DH Parameters for calculations of kinematics and dynamics", Universal Robots: UR5e, m.
+TABLE = """
+models:
+- name: arm
+  denavit_hartenberg:
+    convention: DENAVIT_HARTENBERG_CONVENTION_STANDARD
+    rows:
+    - {d_meters: 0.1625, alpha_radians: 1.5707963267948966, LIMITS}
+    - {a_meters: -0.425, LIMITS}
+    - {a_meters: -0.3922, LIMITS}
+    - {d_meters: 0.1333, alpha_radians: 1.5707963267948966, LIMITS}
+    - {d_meters: 0.0997, alpha_radians: -1.5707963267948966, LIMITS}
+    - {d_meters: 0.0996, LIMITS}
+""".replace("LIMITS", "limits: {lower: -3.14159, upper: 3.14159}")
 MESH = """
 - name: mesh {number}
   object: {{}}
@@ -65,25 +81,30 @@ def run() -> list[Row]:
     for _ in range(ROUNDS):
         bare.append(_bare())
         ours.append(_study("spun", CELLS, BLOCK, Local(WORKERS)))
+    ray, loky = _clustered()
     each = 1e3 * _study("empty", EMPTY_CELLS, 1000, Here()) / EMPTY_CELLS
     what = f"{CELLS} cells of 10 ms by {WORKERS} workers, which start for it"
     return [
         # At least 0.9 of what the pool does.
         row(what, float(np.median(ours)), float(np.median(bare)), "bare pool of loky", "s", 1.0 / 0.9),
+        # At least 0.85 of what loky does, which starts its workers within it too.
+        row(f"{LONG} of them by a Ray cluster of two nodes of a core", ray, loky, "loky", "s", 1.0 / 0.85),
         row("a cell beside its function, two parameters drawn", each, 1.0, "1 ms", "ms", 1.0),
-        *_asked("by a table", 0),
-        *_asked("by a table, with 50 meshes", 50),
+        *_asked("by its DH table, alone", TABLE, "", 0),
+        *_asked("by its DH table, among 50 meshes", TABLE, "", 50),
+        *_asked("on a table", MODEL, FURNITURE, 0),
+        *_asked("on a table, among 50 meshes", MODEL, FURNITURE, 50),
     ]
 
 
-def _asked(where: str, meshes: int) -> list[Row]:
+def _asked(where: str, robot: str, nodes: str, meshes: int) -> list[Row]:
     """Return what poses and places of a UR5e's base cost one core, in process time."""
     angles = 2.0 * np.pi * np.arange(meshes) / max(meshes, 1)
     around = zip(0.85 * np.cos(angles), 0.85 * np.sin(angles), np.linspace(0.1, 0.6, meshes), strict=True)
-    made = "".join(MESH.format(number=number, x=x, y=y, z=z) for number, (x, y, z) in enumerate(around))
+    nodes += "".join(MESH.format(number=number, x=x, y=y, z=z) for number, (x, y, z) in enumerate(around))
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "cell.yaml"
-        file.write_text(SCENE.format(meshes=made))
+        file.write_text("schema_version: 1\n" + (f"nodes:\n{nodes}" if nodes else "") + robot)
         world = open_world(file)
     try:
         rng = np.random.default_rng(1)
@@ -148,6 +169,27 @@ def _bare() -> float:
     with ProcessPoolExecutor(WORKERS) as pool:
         wait([pool.submit(_block, BLOCK) for _ in range(CELLS // BLOCK)])
         return time.perf_counter() - start
+
+
+def _clustered() -> tuple[float, float]:
+    """Return the times (s) that a Ray cluster of two nodes, which runs already, and workers here take: medians."""
+    import ray
+    from ray.cluster_utils import Cluster
+
+    # Ray has its workers give way to all else: beside other work they would hardly run.
+    os.environ |= {"RAY_worker_niceness": "0", "RAY_USAGE_STATS_ENABLED": "0", "PYTHONPATH": os.getcwd()}
+    cluster: Any = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    try:
+        cluster.add_node(num_cpus=1)
+        pairs = [
+            (_study("spun", LONG, BLOCK, Ray(cluster.address)), _study("spun", LONG, BLOCK, Local(WORKERS)))
+            for _ in range(ROUNDS)
+        ]
+    finally:
+        ray.shutdown()
+        cluster.shutdown()
+    on_ray, here = np.median(pairs, axis=0).tolist()
+    return on_ray, here
 
 
 def _study(function: str, cells: int, block: int, engine: Engine) -> float:

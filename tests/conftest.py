@@ -95,7 +95,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Try a patient test up to three times, with new fixtures of its own; the last try tells how those before failed."""
+    """Try a patient test up to three times, with new fixtures; the last try tells how those before failed."""
     if item.get_closest_marker("patient") is None:
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)

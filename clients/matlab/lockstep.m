@@ -49,7 +49,7 @@ classdef lockstep < handle
         text = [text ',"' names{place} '":' part];
       end
       text(1) = '{';  % in place of a comma
-      self.Stream.write(virtualrobot.bytes_of([text '}' 10]));
+      self.Stream.write(virtualrobot.bytes_of([text '}' char(10)]));
     end
 
     function close(self)

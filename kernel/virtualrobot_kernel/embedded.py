@@ -37,13 +37,21 @@ from virtualrobot_kernel.sensing.sight import Sight
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
-from virtualrobot_kernel.world.commands import Command, SetAllowedPairs, SetJointPositions, UpdateNode
+from virtualrobot_kernel.world.commands import (
+    Command,
+    SetAllowedPairs,
+    SetJointPositions,
+    SetKinematics,
+    UpdateNode,
+)
 from virtualrobot_kernel.world.state import Snapshot, empty_state
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import Kind, RobotData
 
 Floats = NDArray[np.float64]
 
 _TICK_SECONDS = 0.004
+TABLE = "dh"
+"""Component by which robots of Denavit-Hartenberg tables are solved where nothing else is chosen."""
 NO_MODELS: Mapping[str, str] = {}
 
 
@@ -82,6 +90,10 @@ class EmbeddedWorld:
         self._scene, self._sight = CollisionScene(shapes), Sight(catalog, ShapeLibrary(meshes.load), presets())
         self._arms: dict[str, _Standing] = {}
         self._apply(scene_commands(scene, meshes, self._now, shapes, models)[0])
+        # A table is a search's too, which knows one posture; the tree that it has made has a closed form perhaps.
+        robots = (self._now.structure.nodes[uid] for uid in self._now.structure.robots)
+        tables = [one.name for one in robots if isinstance(one.data, RobotData) and one.data.kinematics == TABLE]
+        self._apply([SetKinematics(name, "", {}) for name in tables])
         self._begin = self._now
 
     def restore(self) -> None:
@@ -140,7 +152,7 @@ class EmbeddedWorld:
             raise KernelError(f"poses are (n, 4, 4) and finite, not {poses.shape}", field="world_t_tcp")
         at = self._standing(robot)
         found = branches(self._now, at.arm, poses, self._solvers.of)
-        touching = tuple(self._names(at.contacts.contact(q)) for q in found.positions)
+        touching = tuple(map(self._names, at.contacts.contacts(found.positions)))
         free = np.array([pair is None for pair in touching], np.bool_)
         return Postures(found.target, found.positions, free, touching)
 

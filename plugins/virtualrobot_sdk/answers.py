@@ -9,7 +9,14 @@ from numbers import Real
 import numpy as np
 
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
-from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
+from virtualrobot_sdk.kinematics import (
+    Floats,
+    InverseMany,
+    InverseOptions,
+    InverseResult,
+    InverseStatus,
+    SerialChain,
+)
 from virtualrobot_sdk.rays import Readings
 
 RIGID = 1e-6
@@ -81,6 +88,27 @@ def checked_results(values: Sequence[object], chain: SerialChain, options: Inver
             for result in results:
                 _check_numbers(result.solutions, chain, options)  # whose place in its own answer is told
     return results
+
+
+def checked_many(value: object, chain: SerialChain, count: int) -> InverseMany:
+    """Return a copy of what `inverse_many` answered for so many poses, its solutions finite and within limits.
+
+    Raises ComponentFault when a field has a wrong type, or they don't fit together.
+    """
+    if not isinstance(value, InverseMany):
+        raise nonsense(f"inverse_many returned {_kind(value)}; it must be an InverseMany")
+    solutions, k = _floats("inverse_many", value.solutions), len(chain.joint_names)
+    if solutions.ndim != 2 or solutions.shape[1] != k:
+        raise nonsense(f"inverse_many returned solutions of shape {solutions.shape}; they must be (m, {k})")
+    if not isinstance(value.target, np.ndarray) or value.target.dtype != np.int64:
+        raise nonsense(f"inverse_many returned {_kind(value.target)} as target; it must be an int64 array")
+    target = np.array(value.target)
+    if target.shape != solutions.shape[:1]:
+        raise nonsense(f"inverse_many returned target of shape {target.shape} for {len(solutions)} solutions")
+    if len(target) and (target[0] < 0 or target[-1] >= count or (np.diff(target) < 0).any()):
+        raise nonsense(f"inverse_many returned targets that do not go up from 0 to {count - 1} at the most")
+    _check_numbers(solutions, chain, InverseOptions())
+    return InverseMany(target, solutions)
 
 
 def _fitting(value: object, chain: SerialChain, options: InverseOptions) -> InverseResult:

@@ -10,6 +10,7 @@ import numpy as np
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int32]]
+Numbers = np.ndarray[Any, np.dtype[np.int64]]
 Codes = np.ndarray[Any, np.dtype[np.int8]]
 
 REVOLUTE = 1
@@ -104,6 +105,15 @@ class InverseResult(NamedTuple):
     """The arm angle of each solution (rad); empty where the component knows none."""
 
 
+class InverseMany(NamedTuple):
+    """Solutions of n inverse problems, m together."""
+
+    target: Numbers
+    """(m,) which pose each is for, ascending."""
+    solutions: Floats
+    """(m, k) those of a pose in the order of `inverse` (rad, m)."""
+
+
 class Kinematics(Protocol):
     """The kinematics of one `SerialChain`; poses are 4x4 in its base frame, SI units and radians; q is (k,)."""
 
@@ -125,5 +135,16 @@ class Kinematics(Protocol):
         """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none.
 
         Raises ArgumentError when the target is no finite rigid transform, or when an option makes no sense.
+        """
+        ...
+
+
+class KinematicsOfMany(Kinematics, Protocol):
+    """The kinematics of a chain whose component knows the postures of many poses at once, sooner than one by one."""
+
+    def inverse_many(self, base_t_tip: Floats, /) -> InverseMany:
+        """Return the postures that put the tip at poses (n, 4, 4): those of `inverse` within limits without a seed.
+
+        Raises ArgumentError when a target is no finite rigid transform.
         """
         ...

@@ -27,6 +27,7 @@ class Served:
     Attributes:
         controller: the controller.
         port: where it listens.
+        application: its server, as ASGI has it.
         written: lines that its programs have written.
     """
 
@@ -45,7 +46,8 @@ class Served:
         self.port = listening.getsockname()[1]
         second = certificate is not None
         self.url = f"http{'s' * second}://127.0.0.1:{self.port}"
-        self._server = made(Server(self.controller, {USER: PASSWORD}, second=second), certificate)
+        self.application = Server(self.controller, {USER: PASSWORD}, second=second)
+        self._server = made(self.application, certificate)
         self._thread = threading.Thread(target=lambda: asyncio.run(self._server.serve([listening])))
         self._thread.start()
         self._clients: list[RWS] = []

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
 import threading
 import time
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from virtualrobot_apps.emulators.abb.digest import Digest
 from virtualrobot_apps.emulators.abb.server import MOST_SESSIONS
 from virtualrobot_apps.emulators.abb.table import RESOURCES
 from virtualrobot_apps.emulators.command import emulate
+from virtualrobot_kernel.serve import SWITCH_INTERVAL_SECONDS
 
 from tests.apps.abb import PASSWORD, USER, Served, load, run, served, stands
 from tests.kernels import KernelProcess
@@ -515,6 +518,65 @@ def test_malformed_requests_break_nothing(abb: Served, rng: np.random.Generator)
     assert served_ones > 0 and rws.get_execution_state().ctrlexecstate == "stopped"
 
 
+def test_ten_thousand_malformed_requests_take_no_memory(abb: Served, rng: np.random.Generator) -> None:
+    """They come in as whole requests that are none of a controller's; a client that was there before is served."""
+    rws, statuses, grown = abb.client(), set(), []
+    rws.get_execution_state()
+    cookie = f"-http-session-={rws._session.cookies['-http-session-']}"
+    forms = [(one.method, one.first) for one in RESOURCES if one.first is not None and one.first.action != "start"]
+
+    async def sent(event: dict[str, Any]) -> None:
+        statuses.add(event.get("status", 200))
+
+    async def flood(count: int) -> None:
+        for _ in range(count):
+            method, form = forms[rng.integers(len(forms))]
+            path, query, body = (
+                bytearray(one)
+                for one in (
+                    form.template.encode(),
+                    b"action=" + form.action.encode(),
+                    b"lvalue=1&value=[1,2]&dipc-data=x&1=/rw/panel/opmode",
+                )
+            )
+            for data in (path, query, body):
+                for _ in range(rng.integers(0, 3)):
+                    place = int(rng.integers(1, len(data) + 1))
+                    data[place : place + int(rng.integers(0, 3))] = rng.bytes(int(rng.integers(0, 4)))
+            headers = [(b"cookie", bytes(rng.choice([cookie.encode(), rng.bytes(20)]))), (b"host", b"x")]
+            scope = {
+                "type": "http",
+                "method": method,
+                "scheme": "http",
+                "path": path.decode(errors="replace"),
+                "raw_path": bytes(path),
+                "query_string": bytes(query),
+                "headers": headers,
+            }
+            events = iter(
+                (
+                    {"type": "http.request", "body": bytes(body), "more_body": bool(rng.integers(2))},
+                    {"type": str(rng.choice(["http.request", "http.disconnect"])), "body": b""},
+                )
+            )
+
+            async def received(events: Iterator[dict[str, Any]] = events) -> dict[str, Any]:
+                return next(events)
+
+            await abb.application(scope, received, sent)
+
+    tracemalloc.start()
+    try:
+        for _ in range(10):
+            asyncio.run(flood(1000))
+            assert rws.get_execution_state().ctrlexecstate == "stopped"
+            grown.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert {400, 401, 404} < statuses and max(statuses) < 500
+    assert grown[9] - grown[4] < 200_000
+
+
 def test_two_robots_have_a_task_each(client: virtualrobot.Client, tmp_path: Path) -> None:
     client.clock.speed_factor = 5.0
     client.load_robot("model://irb120", name="left", pose=virtualrobot.pose(0.0, 1.0, 0.0))
@@ -597,6 +659,14 @@ def test_the_command_serves_until_its_input_ends(
             assert process.wait(60) == 0
         finally:
             process.kill()
+
+
+def test_programs_that_compute_let_calls_come_between(kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command's threads take turns ten times as often as Python's do, as those of the kernel do."""
+    turns: list[float] = []
+    monkeypatch.setattr(sys, "setswitchinterval", turns.append)
+    CliRunner().invoke(emulate, ["abb", "leg", "--port", "0", "--address", kernel.address])
+    assert turns == [SWITCH_INTERVAL_SECONDS] and turns[0] < 0.2 * sys.getswitchinterval()
 
 
 def test_the_command_tells_what_is_wrong(kernel: KernelProcess, arm: virtualrobot.Robot, tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import socket
+import struct
+import tracemalloc
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,7 +16,7 @@ from virtualrobot.geometry import rotation_vector_of
 from virtualrobot_apps.emulators.body import SimulatedArm
 from virtualrobot_apps.emulators.command import emulate
 from virtualrobot_apps.emulators.ur import dashboard, kinematics
-from virtualrobot_apps.emulators.ur.controller import Controller, RobotMode, SafetyMode
+from virtualrobot_apps.emulators.ur.controller import Controller, RobotMode, Runtime, SafetyMode
 from virtualrobot_apps.emulators.ur.kinematics import MODELS, NoPosture
 from virtualrobot_apps.emulators.ur.lengths import model_of
 from virtualrobot_apps.emulators.ur.orders import obey
@@ -125,7 +127,7 @@ def test_a_program_with_ur_rtde_moves_along_paths_and_jogs() -> None:
     done, speed, stopped = said["speedL"]
     assert done and stopped
     np.testing.assert_allclose(speed, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0], atol=5e-3)
-    assert said["within"] == [False, True] and said["forces"] == [[0.0] * 6, True] and said["custom"]
+    assert said["within"] == [False, True] and said["forces"] == [0.0] * 6 and said["custom"]
 
 
 @pytest.mark.long
@@ -193,6 +195,7 @@ def test_the_dashboard_answers() -> None:
     assert asked("PolyscopeVersion").startswith("URSoftware 5.26.0.0")
     assert (asked("robotmode"), asked("safetymode")) == ("Robotmode: RUNNING", "Safetymode: NORMAL")
     assert (asked("load a.urp"), asked("play")) == ("File not found: a.urp", "Failed to execute: play")
+    assert asked("pause") == "Failed to execute: pause"
     assert asked("dance") == 'could not understand: "dance"'
     assert (asked("popup Door open"), asked("addToLog night")) == ("showing popup", "Added log message")
     assert controller.logged == ["popup: Door open", "night"]
@@ -219,6 +222,63 @@ def test_the_dashboard_answers() -> None:
     assert asked("safetystatus") == "Safetystatus: PROTECTIVE_STOP"
     asked("unlock protective stop")
     assert controller.safety is SafetyMode.NORMAL
+
+
+@pytest.mark.parametrize(
+    ("script", "path"),
+    [
+        ("def mine():\n  movej([0.5, -1.57, 1.57, -1.57, -1.57, 0], a=2, v=1)\nend\n", True),
+        ("def mine():\n  while True:\n    speedj([0.5, 0, 0, 0, 0, 0], 4, 0.01)\n  end\nend\n", False),
+        (
+            "def mine():\n  i = 0\n  while True:\n    servoj([i * 0.001, -1.57, 1.57, -1.57, -1.57, 0])\n"
+            "    i = i + 1\n  end\nend\n",
+            False,
+        ),
+    ],
+)
+def test_the_dashboard_pauses_a_program_and_lets_it_go_on(script: str, path: bool) -> None:
+    controller = made()
+
+    def cycles(count: int) -> np.ndarray:
+        for _ in range(count):
+            controller.cycle()
+        return controller.body.read()[0]
+
+    run_script(controller, script)
+    begin = cycles(100)
+    assert np.abs(controller.body.read()[1]).max() > 0.1
+    assert dashboard.answer(controller, "pause") == "Pausing program"
+    assert dashboard.answer(controller, "programState") == "PAUSED mine"
+    assert dashboard.answer(controller, "running") == "Program running: false"
+    assert controller.tell()["runtime_state"] == Runtime.PAUSED
+    there = cycles(300)
+    assert there[0] > begin[0] + 0.001  # it brakes, and doesn't stand at once
+    np.testing.assert_array_equal(cycles(50), there)
+    assert dashboard.answer(controller, "play") == "Starting program"
+    assert dashboard.answer(controller, "play") == "Failed to execute: play"
+    assert cycles(100)[0] > there[0] + 0.001 and dashboard.answer(controller, "programState") == "PLAYING mine"
+    if path:
+        np.testing.assert_allclose(cycles(1000), [0.5, *HOME[1:]], atol=2e-5)
+        assert controller.program is None
+    else:
+        dashboard.answer(controller, "pause")
+        dashboard.answer(controller, "stop")
+        assert not controller.paused and dashboard.answer(controller, "programState") == "STOPPED <unnamed>"
+
+
+def test_the_dashboard_shuts_the_controller_down() -> None:
+    server = Server(made(), ADDRESS)
+    try:
+        with socket.create_connection((ADDRESS, 29999)) as connection, connection.makefile("rb") as lines:
+            connection.sendall(b"shutdown\n")
+            server.run(lambda: False)  # ends by itself
+            assert [lines.readline(), lines.readline()] == [
+                b"Connected: Universal Robots Dashboard Server\n",
+                b"Shutting down\n",
+            ]
+        assert server.controller.off and server.controller.mode is RobotMode.POWER_OFF
+    finally:
+        server.close()
 
 
 def test_orders_are_obeyed_or_refused_in_words() -> None:
@@ -289,6 +349,63 @@ def test_nonsense_ends_a_connection_and_nothing_else() -> None:
         assert server.controller.cycles == 18 and said == ["syntax_error_on_line:1: a value is expected here, not ']'"]
         with pytest.raises(OSError, match="in use"):
             Server(made(), ADDRESS)
+    finally:
+        server.close()
+
+
+def malformed(rng: np.random.Generator) -> bytes:
+    """Return a packet of RTDE that is none: of wrong size, cut off, of no kind, with a body that doesn't fit."""
+    kind = int(rng.choice(list(b"VvMUOISP")))
+    body = [
+        rng.bytes(int(rng.integers(0, 60))),
+        struct.pack(">d", float(rng.choice([np.nan, np.inf, -1.0, 0.0]))) + b"actual_q,nothing,,",
+        b"input_int_register_0,input_int_register_999,timestamp",
+        bytes((int(rng.integers(0, 256)),)) + struct.pack(">d", np.nan),
+    ][int(rng.integers(4))]
+    size = int(rng.choice([0, 1, 2, 3, 3 + len(body), 4 + len(body), 65535]))
+    return struct.pack(">HB", size, kind) + body
+
+
+@pytest.mark.long
+def test_ten_thousand_malformed_packets_break_nothing(rng: np.random.Generator) -> None:
+    """A client that was there before is told in each cycle, and what the flood has taken is given back."""
+    server, at_once = Server(made(), ADDRESS), 50
+    try:
+        with socket.create_connection((ADDRESS, 30004)) as bystander, bystander.makefile("rb") as told:
+            bystander.sendall(struct.pack(">HBd", 11 + 9, ord("O"), 500.0) + b"timestamp" + b"\0\3S")
+            server.cycle()
+            assert told.read(3 + 1 + 6 + 3 + 1).endswith(b"S\1")
+            grown, seen = [], server.controller.cycles - 1
+            tracemalloc.start()
+            for number in range(10_000 // at_once):
+                with contextlib.ExitStack() as stack:
+                    for _ in range(at_once):
+                        connection = stack.enter_context(socket.create_connection((ADDRESS, 30004)))
+                        connection.sendall(malformed(rng))
+                    server.cycle()
+                server.cycle()  # they are gone
+                while seen < server.controller.cycles:
+                    seen += 1
+                    assert told.read(12) == struct.pack(">HBBd", 12, ord("U"), 1, seen * 0.002)
+                if number in (99, 199):
+                    grown.append(tracemalloc.get_traced_memory()[0])
+            assert len(server.clients) == 1 and grown[1] - grown[0] < 100_000
+    finally:
+        tracemalloc.stop()
+        server.close()
+
+
+def test_a_number_that_is_none_is_told_and_changes_nothing() -> None:
+    said: list[str] = []
+    server = Server(made(), ADDRESS, said.append)
+    try:
+        with socket.create_connection((ADDRESS, 30004)) as program:
+            names = b"speed_slider_mask,speed_slider_fraction"
+            program.sendall(struct.pack(">HB", 3 + len(names), ord("I")) + names)
+            program.sendall(struct.pack(">HBBId", 16, ord("U"), 1, 1, np.nan))
+            until(lambda: server.cycle() or said)
+        assert said == ["RTDE: speed_slider_fraction is a finite number, not nan; the client that sent it was let go"]
+        assert server.controller.slider == 1.0 and not server.clients
     finally:
         server.close()
 

@@ -9,6 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.patrol import room, run
+from virtualrobot_apps.seeing.changes.comparing import Change
 
 
 @pytest.mark.long
@@ -30,3 +31,14 @@ def test_what_changes_is_in_sight_and_apart_from_furniture() -> None:
             place = np.array([box.x, box.y])
             assert any(room.in_sight(np.array(stop), place) for stop in room.STOPS)
             assert min(float(one.apart(place)) for one in room.ROOM) > 0.45
+
+
+def test_a_thing_that_stops_tell_is_told_once_by_the_one_with_most_points_of_it() -> None:
+    """What stood at the place of what stands there now is another thing, and so is what is further off than SAME."""
+
+    def change(appeared: bool, x: float, points: int) -> Change:
+        return Change(appeared, np.array([x, 0.0, 0.0]), np.full(3, 0.3), points)
+
+    least, most = change(True, 0.0, 10), change(True, 0.1, 90)
+    gone, far = change(False, 0.1, 20), change(True, 0.1 + 1.01 * run.SAME, 30)
+    assert run.once([least, gone, most, far]) == [most, far, gone]

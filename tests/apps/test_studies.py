@@ -14,14 +14,15 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
+import pyarrow
 import pytest
 from click.testing import CliRunner
 from virtualrobot.cli import run as command_line
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot_apps.studies import summary
 from virtualrobot_apps.studies.command import study as command
-from virtualrobot_apps.studies.engines import Here
-from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.engines import Here, Local
+from virtualrobot_apps.studies.parts import Parts, column
 from virtualrobot_apps.studies.running import Pace, open_job, run
 from virtualrobot_apps.studies.study_file import read_study
 
@@ -48,6 +49,50 @@ def test_a_monte_carlo_meets_its_law(tmp_path: Path) -> None:
         expected = float(at["sigma"]) * math.sqrt(math.pi / 2.0)
         # Four deviations of a mean of 1024, of a law whose deviation is sigma sqrt(2 - pi / 2).
         assert abs(found["off"].mean - expected) < 4.0 * float(at["sigma"]) * math.sqrt(2.0 - math.pi / 2.0) / 32.0
+
+
+def test_a_worker_loads_what_its_function_needs_and_no_more(tmp_path: Path) -> None:
+    """Laws are drawn before, and rows are written without pandas: either takes longer to load than all else."""
+    function = (
+        "import sys\ndef spin(cell):\n    return {'y': 'scipy' in sys.modules, 'odd': str('pandas' in sys.modules)}\n"
+    )
+    study = written(tmp_path / "in", STUDY.replace("block: 7", "block: 20"), function)
+    _, parts = done(study, tmp_path / "out", Local(1))
+    rows = parts.table().to_pylist()
+    assert {(row["status"], row["y"], row["odd"]) for row in rows} == {("ok", 0.0, "False")}
+    assert [row["u"] for row in rows] == [one["u"] for one in study.cells.between(0, CELLS)]
+
+
+def test_what_has_done_nothing_may_begin_anew(tmp_path: Path) -> None:
+    """A setup that fails, and is mended: what `run` has made of the folder is no study's."""
+    setup = "def begin(scene):\n    raise OSError('no camera')\n"
+    study = written(tmp_path / "in", STUDY.replace("function: cells:spin", "function: cells:spin\nsetup: cells:begin"))
+    (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup)
+    asked = ["run", str(study.file), "--folder", str(tmp_path / "out"), "--workers", "0"]
+    failed = CliRunner().invoke(command, asked)
+    assert failed.exit_code == 1 and "no camera" in str(failed.exception)
+    (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup.replace("raise", "return"))
+    mended = CliRunner().invoke(command, asked)
+    assert mended.exit_code == 0 and f"{CELLS} of {CELLS} cells, {FAILED} failed" in mended.output
+    # What has done something is kept.
+    again = CliRunner().invoke(command, asked)
+    assert again.exit_code == 1 and "200 of 200 cells already" in str(again.exception)
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        ([1, None, -(2**62)], pyarrow.int64()),
+        ([1.5, None, True, np.float64(0.1)], pyarrow.float64()),
+        (["a", None, "h\u00f6her", ""], pyarrow.string()),
+        ([None] * 17, pyarrow.string()),
+        ([None] * 17, pyarrow.float64()),
+    ],
+)
+def test_columns_are_those_of_arrow(values: list[float | str | None], kind: pyarrow.DataType) -> None:
+    made = column(values, kind)
+    made.validate(full=True)
+    assert made.equals(pyarrow.array(values, kind))
 
 
 @pytest.mark.long

@@ -117,7 +117,7 @@ for _ in range(5000):
     time.sleep(0.002)
 said["speedL"] += [receive.getActualTCPSpeed(), control.speedStop()]
 said["within"] = [control.isJointsWithinSafetyLimits([7.0, 0, 0, 0, 0, 0]), control.isPoseWithinSafetyLimits(home)]
-said["forces"] = [control.getJointTorques(), control.zeroFtSensor()]
+said["forces"] = control.getJointTorques()
 said["custom"] = control.sendCustomScriptFunction("mine", "set_flag(3, True)")
 """
 

@@ -97,6 +97,15 @@ class Placed:
         self._moved_since.update(elements.tolist())
         self._boxes.clear()
 
+    def put(self, elements: Sequence[int], world_t_element: Floats) -> None:
+        """Put some elements elsewhere, (k, 4, 4), without the boxes around them, till these are put back.
+
+        For who knows which pieces to ask FCL about.
+        """
+        self.world_t_element[elements] = world_t_element
+        self._moved_since.update(elements)
+        self._boxes.clear()
+
     def follow(self, world_t_node: Floats, before: Floats, rows: NDArray[np.int64], node_t_element: Floats) -> None:
         """Put elements at `node_t_element` (e, 4, 4) of the nodes `rows` (e,), as far as these have moved since."""
         local = self.core[0], self.reach
@@ -123,10 +132,15 @@ class Placed:
         if count > len(self._overlaps):
             self._overlaps, self._depths = np.empty((2 * count, 4), np.int64), np.empty(2 * count)
             overlapping_boxes(own, asked, *boxes, self._overlaps, self._depths)
-        found, to_piece = self._overlaps[:count], self._piece_of_block
+        found = self._overlaps[:count]
         if deepest_first and count > 1:
             found = found[np.argsort(-self._depths[:count], kind="stable")]
-        return ((i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in found.tolist())
+        return self.pieces(found)
+
+    def pieces(self, overlaps: NDArray[np.int64]) -> Iterator[tuple[int, int, int, int]]:
+        """Return the pieces (element, element, row, row) that overlapping blocks (p, 4) are around."""
+        to_piece = self._piece_of_block
+        return ((i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in overlaps.tolist())
 
     def boxes(self, element: int) -> tuple[Floats, Floats]:
         """Return centre (k, 3) and half (k, 3) of the boxes round an element's pieces, with radius, without padding."""

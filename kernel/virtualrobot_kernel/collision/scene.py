@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -156,6 +156,10 @@ class CollisionScene:
         """Return one pair of nodes (uids) that touch and may not, of those with these robots that count; or None."""
         return next(iter(self._touching(True, robots, counts=counts)), None)
 
+    def first_of(self, overlaps: NDArray[np.int64], counts: Callable[[Pair], bool]) -> Pair | None:
+        """Return the first pair of nodes (uids) that touch and count, of overlapping blocks (p, 4); or None."""
+        return next(iter(self._touching_of(self._placed.pieces(overlaps), True, counts)), None)
+
     def self_collisions(self, robots: Collection[int]) -> set[Pair]:
         """Return the pairs of nodes of robots (uids), such as an arm and its grippers, that touch and may not."""
         return self._touching(False, robots, itself=True)
@@ -200,8 +204,13 @@ class CollisionScene:
         counts: Callable[[Pair], bool] | None = None,
     ) -> set[Pair]:
         """Return the pairs of nodes that touch and may not; at most the first one that is found."""
-        uids, placed, found = self._uids, self._placed, set()
-        for one, other, row, to in self._overlaps(robots, itself, first):
+        return self._touching_of(self._overlaps(robots, itself, first), first, counts)
+
+    def _touching_of(
+        self, overlaps: Iterable[tuple[int, int, int, int]], first: bool, counts: Callable[[Pair], bool] | None
+    ) -> set[Pair]:
+        uids, placed, found = self._uids, self._placed, set[Pair]()
+        for one, other, row, to in overlaps:
             pair = ordered(uids[one], uids[other])
             if pair in found or (counts is not None and not counts(pair)):
                 continue

@@ -42,6 +42,10 @@ class Instance(Protocol):
         """True where it runs in this process."""
         ...
 
+    def has(self, method: str) -> bool:
+        """Return whether the component has a method that not all of its kind have; one in another process has none."""
+        ...
+
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
         """Return what the component's method returns.
 
@@ -109,6 +113,10 @@ class ComponentHandle:
     def mean_seconds(self) -> float:
         """Return the mean time of a call; 0 before the first."""
         return self._seconds / self.calls if self.calls else 0.0
+
+    def has(self, method: str) -> bool:
+        """Return whether the component has a method that not all of its kind have; one in another process has none."""
+        return self._instance.has(method)
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
         """Return what the component's method returns.
@@ -234,6 +242,9 @@ class _InProcess:
         given = arguments if one.config_type is None else (*arguments, chosen)
         self._component = self._contained(lambda: one.factory(*given))
 
+    def has(self, method: str) -> bool:
+        return self._contained(lambda: callable(getattr(self._component, method, None)))
+
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
         def asked() -> Any:  # noqa: ANN401
             value = getattr(self._component, method)
@@ -283,6 +294,9 @@ class _InWorker:
     @property
     def has_ended(self) -> bool:
         return self._worker.fault is not None
+
+    def has(self, method: str) -> bool:
+        return False
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
         return self._worker.call(method, *arguments, deadline_seconds=self._deadline)

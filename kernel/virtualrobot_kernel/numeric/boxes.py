@@ -5,12 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import boolean, float64, int64
+from numba import boolean, float64, int8, int32, int64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
-from virtualrobot_sdk.compiled.rigid import multiply
+from virtualrobot_sdk.compiled.rigid import copy, multiply
+
+from virtualrobot_kernel.numeric.forest import place_rows
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
+Rows = np.ndarray[Any, np.dtype[np.int32]]
+Codes = np.ndarray[Any, np.dtype[np.int8]]
 Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
 SLACK = 1e-9
@@ -18,6 +22,21 @@ SLACK = 1e-9
 
 GROUP = 8
 """Number of elements around which one box is put, after one around all: neighbours in a list are so in a robot."""
+
+
+@inlined
+def _bound(
+    world_t_element: Floats, element: int, local_centre: Floats, local_half: Floats, centre: Floats, half: Floats
+) -> None:
+    """Write the box around an element along the world's axes."""
+    for i in range(3):
+        middle = world_t_element[element, i, 3]
+        reach = 0.0
+        for j in range(3):
+            middle += world_t_element[element, i, j] * local_centre[element, j]
+            reach += abs(world_t_element[element, i, j]) * local_half[element, j]
+        centre[element, i] = middle
+        half[element, i] = reach
 
 
 @compiled(
@@ -69,14 +88,7 @@ def follow_nodes(
         if same:
             continue
         multiply(world_t_node, row, node_t_element, element, world_t_element, element)
-        for i in range(3):
-            middle = world_t_element[element, i, 3]
-            reach = 0.0
-            for j in range(3):
-                middle += world_t_element[element, i, j] * local_centre[element, j]
-                reach += abs(world_t_element[element, i, j]) * local_half[element, j]
-            centre[element, i] = middle
-            half[element, i] = reach
+        _bound(world_t_element, element, local_centre, local_half, centre, half)
         moved[count] = element
         count += 1
     return count
@@ -168,6 +180,62 @@ def _near_any(
     return found
 
 
+@inlined
+def _overlaps(
+    own: Integers,
+    asked: Booleans,
+    centre: Floats,
+    half: Floats,
+    world_t_element: Floats,
+    first_block: Integers,
+    block_centre: Floats,
+    block_half: Floats,
+    found: Integers,
+    depths: Floats,
+    count: int,
+    among: Integers,
+    nearby: Integers,
+    work: Floats,
+) -> int:
+    """Write what `overlapping_boxes` does behind the first `count`, and return how many these are then.
+
+    `among` (e,), `nearby` (e,) and `work` (8, 3) are written to.
+    """
+    for element in range(centre.shape[0]):
+        among[element] = element
+    # In place: an element is written no later than where it stands.
+    among_count = _near_any(own, 0, own.shape[0], centre, half, among, centre.shape[0], among)
+    for begin in range(0, own.shape[0], GROUP):
+        end = min(begin + GROUP, own.shape[0])
+        near_count = _near_any(own, begin, end, centre, half, among, among_count, nearby)
+        for i in range(begin, end):
+            one = own[i]
+            for at in range(near_count):
+                other = nearby[at]
+                if not asked[i, other]:
+                    continue
+                near = True
+                for axis in range(3):
+                    reach = half[one, axis] + half[other, axis] + SLACK
+                    if abs(centre[one, axis] - centre[other, axis]) > reach:
+                        near = False
+                if not near:
+                    continue
+                _relate(world_t_element, one, other, work)
+                for a in range(first_block[one], first_block[one + 1]):
+                    for b in range(first_block[other], first_block[other + 1]):
+                        depth = _depth(work, block_centre, block_half, a, b)
+                        if depth >= 0.0:
+                            if count < found.shape[0]:
+                                depths[count] = depth
+                                found[count, 0] = one
+                                found[count, 1] = other
+                                found[count, 2] = a
+                                found[count, 3] = b
+                            count += 1
+    return count
+
+
 @compiled(
     array_of(int64, 1),
     array_of(boolean, 2),
@@ -206,39 +274,117 @@ def overlapping_boxes(
         found: (m, 4) element, element, block, block.
         depths: (m,) how deep these boxes are in each other at the least (m).
     """
-    work = np.empty((8, 3))
     among, nearby = np.empty(centre.shape[0], np.int64), np.empty(centre.shape[0], np.int64)
-    for element in range(centre.shape[0]):
-        among[element] = element
-    # In place: an element is written no later than where it stands.
-    among_count = _near_any(own, 0, own.shape[0], centre, half, among, centre.shape[0], among)
-    count = 0
-    for begin in range(0, own.shape[0], GROUP):
-        end = min(begin + GROUP, own.shape[0])
-        near_count = _near_any(own, begin, end, centre, half, among, among_count, nearby)
-        for i in range(begin, end):
-            one = own[i]
-            for at in range(near_count):
-                other = nearby[at]
-                if not asked[i, other]:
-                    continue
-                near = True
-                for axis in range(3):
-                    reach = half[one, axis] + half[other, axis] + SLACK
-                    if abs(centre[one, axis] - centre[other, axis]) > reach:
-                        near = False
-                if not near:
-                    continue
-                _relate(world_t_element, one, other, work)
-                for a in range(first_block[one], first_block[one + 1]):
-                    for b in range(first_block[other], first_block[other + 1]):
-                        depth = _depth(work, block_centre, block_half, a, b)
-                        if depth >= 0.0:
-                            if count < found.shape[0]:
-                                depths[count] = depth
-                                found[count, 0] = one
-                                found[count, 1] = other
-                                found[count, 2] = a
-                                found[count, 3] = b
-                            count += 1
+    boxes = centre, half, world_t_element, first_block, block_centre, block_half
+    return _overlaps(own, asked, *boxes, found, depths, 0, among, nearby, np.empty((8, 3)))
+
+
+@compiled(
+    array_of(int32, 1),
+    array_of(int32, 1),
+    array_of(int8, 1),
+    array_of(float64, 2),
+    array_of(int32, 1),
+    array_of(float64, 1),
+    array_of(float64, 1),
+    array_of(float64, 3),
+    array_of(float64, 1),
+    array_of(int64, 1),
+    array_of(float64, 2),
+    array_of(float64, 3),
+    array_of(int64, 1),
+    array_of(float64, 3),
+    array_of(float64, 2),
+    array_of(float64, 2),
+    array_of(int64, 1),
+    array_of(int64, 1),
+    array_of(boolean, 2),
+    array_of(float64, 3),
+    array_of(int64, 1),
+    array_of(float64, 2),
+    array_of(float64, 2),
+    output_of(float64, 4),
+    output_of(int64, 1),
+    output_of(int64, 2),
+    output_of(float64, 1),
+)
+def overlapping_boxes_at_each(
+    order: Rows,
+    parent: Rows,
+    joint_type: Codes,
+    axis: Floats,
+    q_index: Rows,
+    multiplier: Floats,
+    offset: Floats,
+    parent_t_node: Floats,
+    q: Floats,
+    moves: Integers,
+    configurations: Floats,
+    world_t_node: Floats,
+    rows: Integers,
+    node_t_element: Floats,
+    local_centre: Floats,
+    local_half: Floats,
+    moved: Integers,
+    own: Integers,
+    asked: Booleans,
+    world_t_element: Floats,
+    first_block: Integers,
+    block_centre: Floats,
+    block_half: Floats,
+    placed: Floats,
+    last: Integers,
+    found: Integers,
+    depths: Floats,
+) -> int:
+    """Write which blocks overlap at each of m configurations, and return how many do, more than `found` has room for.
+
+    Args:
+        order: (r,) the rows that move, parents before children; up to q as `forward_forest` has them.
+        parent: (n,).
+        joint_type: (n,).
+        axis: (n, 3).
+        q_index: (n,).
+        multiplier: (n,).
+        offset: (n,).
+        parent_t_node: (n, 4, 4).
+        q: (nq,) coordinates, of which those that don't move count.
+        moves: (k,) where the coordinates that move are in q.
+        configurations: (m, k) rad or m.
+        world_t_node: (n, 4, 4) where the nodes are, of which those that don't move count.
+        rows: up to local_half as `follow_nodes` has them.
+        node_t_element: (e, 4, 4).
+        local_centre: (e, 3).
+        local_half: (e, 3).
+        moved: (c,) the elements that move.
+        own: up to block_half as `overlapping_boxes` has them; of elements those that don't move are where they are.
+        asked: (o, e).
+        world_t_element: (e, 4, 4).
+        first_block: (e + 1,).
+        block_centre: (b, 3).
+        block_half: (b, 3).
+        placed: (m, c, 4, 4) where the elements that move are.
+        last: (m,) the end of each configuration's overlaps among all.
+        found: (p, 4) as `overlapping_boxes` has them, one configuration after the other.
+        depths: (p,).
+    """
+    at, nodes, elements = q.copy(), world_t_node.copy(), world_t_element.copy()
+    centre, half = np.empty(local_centre.shape), np.empty(local_centre.shape)
+    for element in range(elements.shape[0]):
+        _bound(elements, element, local_centre, local_half, centre, half)
+    among, nearby = np.empty(centre.shape[0], np.int64), np.empty(centre.shape[0], np.int64)
+    work, count = np.empty((8, 3)), 0
+    for number in range(configurations.shape[0]):
+        for i in range(moves.shape[0]):
+            at[moves[i]] = configurations[number, i]
+        place_rows(order, parent, joint_type, axis, q_index, multiplier, offset, parent_t_node, at, nodes)
+        for i in range(moved.shape[0]):
+            element: int = moved[i]
+            row: int = rows[element]
+            multiply(nodes, row, node_t_element, element, elements, element)
+            copy(elements, element, placed[number], i)
+            _bound(elements, element, local_centre, local_half, centre, half)
+        boxes = centre, half, elements, first_block, block_centre, block_half
+        count = _overlaps(own, asked, *boxes, found, depths, count, among, nearby, work)
+        last[number] = count
     return count

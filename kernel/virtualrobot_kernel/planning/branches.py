@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import REVOLUTE, InverseOptions, SerialChain
+from virtualrobot_sdk.kinematics import REVOLUTE, SerialChain
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.planning.actuators import actuator_limits
@@ -57,11 +57,7 @@ def branches(
     """
     chain, solver = arm.serial(), solver_of(snapshot, arm)
     base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(tip_t_tcp(snapshot, arm))
-    options = InverseOptions(seed=None)
-    found = [result.solutions for result in solver.inverse_each(base_t_tip, options)]
-    counts = [len(rows) for rows in found]
-    target = np.repeat(np.arange(len(found)), counts)
-    positions = np.concatenate(found) if sum(counts) else np.empty((0, len(chain.joint_names)))
+    target, positions = solver.inverse_many(base_t_tip)
     for limit in actuator_limits(snapshot, arm.robot, chain.joint_names):
         at, actuator = positions @ limit.ratios + limit.rest, limit.actuator
         within = (at >= actuator.lower - LIMIT_TOLERANCE) & (at <= actuator.upper + LIMIT_TOLERANCE)

@@ -18,11 +18,12 @@ from virtualrobot_sdk.answers import (
     check_solutions,
     checked_frames,
     checked_jacobian,
+    checked_many,
     checked_result,
     checked_results,
 )
 from virtualrobot_sdk.errors import ComponentFault
-from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
+from virtualrobot_sdk.kinematics import Floats, InverseMany, InverseOptions, InverseResult, SerialChain
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.selfcheck import SelfCheck, self_check
 
@@ -118,6 +119,21 @@ class Solver:
         except ComponentFault as fault:
             raise self.running.failed(fault) from fault
         return results
+
+    def inverse_many(self, base_t_tip: Floats) -> InverseMany:
+        """Return the postures within limits that `inverse` has without a seed for each of poses (n, 4, 4)."""
+        if not self.running.has("inverse_many"):
+            found = [result.solutions for result in self.inverse_each(base_t_tip, InverseOptions(seed=None))]
+            empty = np.empty((0, len(self.chain.joint_names)))
+            return InverseMany(np.repeat(np.arange(len(found)), list(map(len, found))), np.concatenate([empty, *found]))
+
+        def checked(answer: object) -> InverseMany:
+            result = checked_many(answer, self.chain, len(base_t_tip))
+            if self._tips is not None:
+                check_solutions(self._tips(result.solutions), base_t_tip[result.target], _DEFAULTS)
+            return result
+
+        return self._asked(checked, "inverse_many", base_t_tip.copy())
 
     def _asked(self, checked: Callable[[object], Answer], method: str, *arguments: object) -> Answer:
         """Return a method's answer, once it is checked; nonsense is a fault of the component."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -109,22 +110,8 @@ def _turns(q: float, seed: float, lower: float, upper: float) -> tuple[int, int]
     return int(low), int(high)
 
 
-@compiled(
-    array_of(float64, 2),
-    array_of(float64, 1),
-    int64,
-    int64,
-    int64,
-    array_of(float64, 2),
-    array_of(float64, 2),
-    array_of(float64, 1),
-    int64,
-    float64,
-    float64,
-    output_of(float64, 2),
-    output_of(int64, 1),
-)
-def _find(
+@inlined
+def _sorted_out(
     angles: Floats,
     numbers: Floats,
     wrist_frame: int,
@@ -138,7 +125,8 @@ def _find(
     rotation_tolerance: float,
     solutions: Floats,
     codes: Codes,
-) -> tuple[int, int, int, int, float, float]:
+) -> Found:
+    """Return what angles come to, and write the solutions and their codes: see `find`."""
     n = angles.shape[0]
     most = solutions.shape[0]
     # One piece of memory for all numbers and one for all counts: each piece costs as much as a joint's frame.
@@ -269,6 +257,87 @@ def _find(
     return count, branches, flags, clashes, least, least_turn
 
 
+@compiled(
+    array_of(float64, 2),
+    array_of(float64, 1),
+    int64,
+    int64,
+    int64,
+    array_of(float64, 2),
+    array_of(float64, 2),
+    array_of(float64, 1),
+    int64,
+    float64,
+    float64,
+    output_of(float64, 2),
+    output_of(int64, 1),
+)
+def _find(
+    angles: Floats,
+    numbers: Floats,
+    wrist_frame: int,
+    elbow_frame: int,
+    kind: int,
+    target: Floats,
+    limits: Floats,
+    seed: Floats,
+    sort_by_seed: int,
+    position_tolerance: float,
+    rotation_tolerance: float,
+    solutions: Floats,
+    codes: Codes,
+) -> Found:
+    model = numbers, wrist_frame, elbow_frame, kind
+    asked = target, limits, seed, sort_by_seed, position_tolerance, rotation_tolerance
+    return _sorted_out(angles, *model, *asked, solutions, codes)
+
+
+@compiled(
+    array_of(float64, 2),
+    array_of(int64, 1),
+    array_of(float64, 1),
+    int64,
+    int64,
+    int64,
+    array_of(float64, 3),
+    array_of(float64, 2),
+    array_of(float64, 1),
+    float64,
+    int64,
+    output_of(float64, 2),
+    output_of(int64, 1),
+    output_of(int64, 2),
+)
+def _find_each(
+    angles: Floats,
+    last: Codes,
+    numbers: Floats,
+    wrist_frame: int,
+    elbow_frame: int,
+    kind: int,
+    targets: Floats,
+    limits: Floats,
+    seed: Floats,
+    tolerance: float,
+    room: int,
+    solutions: Floats,
+    codes: Codes,
+    told: Codes,
+) -> int:
+    begin = 0
+    count = 0
+    model = numbers, wrist_frame, elbow_frame, kind
+    for pose in range(last.shape[0]):
+        its_own = angles[:, begin : last[pose]]
+        begin = last[pose]
+        rows = solutions[count : count + room]
+        asked = targets[pose], limits, seed, 0, tolerance, tolerance
+        found = _sorted_out(its_own, *model, *asked, rows, codes)
+        told[pose, 0], told[pose, 1], told[pose, 2] = found[0], found[1], found[2]
+        count += found[0]
+    return count
+
+
 def find(angles: Floats, model: Model, asked: Asked, room: int) -> tuple[Found, Floats, Codes]:
     """Return what EAIK's angles (n, branches) come to, the solutions (m, n) and their codes (m,), at most `room`.
 
@@ -279,6 +348,21 @@ def find(angles: Floats, model: Model, asked: Asked, room: int) -> tuple[Found, 
     solutions, codes = np.empty((room, len(angles))), np.empty(room, np.int64)
     found = _find(angles, *model, *asked, solutions, codes)
     return found, solutions[: found[0]], codes[: found[0]]
+
+
+def find_each(
+    angles: Sequence[Floats], model: Model, targets: Floats, limits: Floats, seed: Floats, tolerance: float, room: int
+) -> tuple[Codes, Floats]:
+    """Return what EAIK's angles (n, branches) of each of m targets (m, 4, 4) come to, as `find` has it without order.
+
+    They are numbers of solutions and branches, and flags, (m, 3), and the solutions of all, (k, n), each target's by
+    branch and turns; at most `room` of each.
+    """
+    last = np.cumsum([one.shape[1] for one in angles])
+    solutions, told = np.empty((room * len(angles), len(seed))), np.empty((len(angles), 3), np.int64)
+    given = np.concatenate(angles, axis=1), last, *model, targets, limits, seed, tolerance, room
+    count = _find_each(*given, solutions, np.empty(room, np.int64), told)
+    return told, solutions[:count]
 
 
 def decoded(code: int, joints: int) -> tuple[int, tuple[int, ...]]:

@@ -7,11 +7,18 @@ from numpy.typing import ArrayLike
 from virtualrobot_sdk.arguments import rigid_target
 from virtualrobot_sdk.compiled.rigid import orthonormalise
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
+from virtualrobot_sdk.kinematics import (
+    Floats,
+    InverseMany,
+    InverseOptions,
+    InverseResult,
+    InverseStatus,
+    SerialChain,
+)
 
 from virtualrobot_plugins.chain.serial import reach_bound
 from virtualrobot_plugins.closed_form.branch_kinematics import DEFAULTS, POLISHED, BranchKinematics
-from virtualrobot_plugins.closed_form.branches import Asked, Codes, Found
+from virtualrobot_plugins.closed_form.branches import Asked, Codes, Found, find_each
 from virtualrobot_plugins.closed_form.geometry import MOST_JOINTS, axes_of, check_joints, idealised, upright_frames
 from virtualrobot_plugins.closed_form.library import solver_of
 from virtualrobot_plugins.closed_form.model import model_of
@@ -20,6 +27,8 @@ from virtualrobot_plugins.closed_form.polish import polished
 from virtualrobot_plugins.closed_form.singularities import ELBOW, LOOSE, SHOULDER, WRIST
 
 _TRIALS = 24
+_AT_ONCE = 256
+"""Number of poses whose angles are sorted out together."""
 _SINGULAR = {
     SHOULDER: "the shoulder (the wrist's centre is above or below joint 1)",
     ELBOW: "the elbow (the arm is stretched or folded)",
@@ -79,6 +88,37 @@ class ClosedFormKinematics(BranchKinematics):
         if names:
             return InverseResult(InverseStatus.SOLVED, solutions, names, *errors, 0, 0, reason)
         return self._none(target, options, branches, errors, (reason,))
+
+    def inverse_many(self, base_t_tip: ArrayLike, /) -> InverseMany:
+        """Return all postures within limits of poses (n, 4, 4): what `inverse` does without a seed, for each of them.
+
+        Raises ArgumentError when a target is no finite rigid transform.
+        """
+        poses = np.asarray(base_t_tip)
+        found = [self._many(poses[begin : begin + _AT_ONCE]) for begin in range(0, len(poses), _AT_ONCE)]
+        counts = np.concatenate([np.zeros(0, np.int64), *(counts for counts, _ in found)])
+        solutions = [np.empty((0, len(self._names_of_joints))), *(solutions for _, solutions in found)]
+        return InverseMany(np.repeat(np.arange(len(poses)), counts), np.concatenate(solutions))
+
+    def _many(self, poses: Floats) -> tuple[Codes, Floats]:
+        """Return how many solutions each of some poses (m, 4, 4) has, (m,), and these one after the other, (k, n)."""
+        if self._always_polish:
+            alone = np.ones(len(poses), np.bool_)
+            counts, solutions = np.zeros(len(poses), np.int64), np.empty((0, len(self._names_of_joints)))
+        else:
+            targets = np.array([rigid_target(pose, orthonormalise) for pose in poses])
+            angles = [self._angles(target) for target in targets]
+            arm = self._model, targets, self._limits, self._middle
+            told, solutions = find_each(angles, *arm, POLISHED, self._room)
+            counts, branches, flags = told.T
+            alone = (flags != 0) | ((branches == 0) & (not self._flags_tell))
+            alone |= (counts == self._room) & (self._room < self._most)
+        if not alone.any():
+            return counts, solutions
+        each = np.split(solutions, np.cumsum(counts)[:-1])
+        for number in np.flatnonzero(alone).tolist():
+            each[number] = self.inverse(poses[number]).solutions
+        return np.array([len(one) for one in each], np.int64), np.concatenate(each)
 
     def _looked_again(self, asked: Asked, flags: int) -> tuple[Found, Floats, Codes]:
         """Polish EAIK's angles; where the pose is singular or has none, those of poses close by too, and the seed."""

@@ -70,7 +70,7 @@ def test_a_person_loads_a_cell(console: Console, stepped: Stubs, stepped_kernel:
         expect(page.locator("#connection")).to_have_text("connected")
 
         # The library: found by words, placed by a click in the view, and taken back.
-        page.get_by_role("tab", name="Library").click()
+        page.get_by_role("button", name="Show the library").click()
         page.get_by_label("Filter models").fill("iiwa")
         page.get_by_label("Place iiwa7", exact=True).click()
         page.get_by_label("Name of the new model").fill("arm")
@@ -78,6 +78,7 @@ def test_a_person_loads_a_cell(console: Console, stepped: Stubs, stepped_kernel:
         assert view
         page.mouse.click(view["x"] + 0.5 * view["width"], view["y"] + 0.7 * view["height"])
         until(lambda: "arm" in scene(stepped))
+        expect(page.get_by_text("Nothing is here yet")).to_have_count(0)
         x, y, z = scene(stepped)["arm"][:3, 3]
         assert z == pytest.approx(0.0, abs=1e-6) and abs(x) + abs(y) > 0.0
         page.get_by_role("tab", name="Scene").click()

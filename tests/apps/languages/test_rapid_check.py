@@ -68,6 +68,7 @@ def test_one_fault_is_one_message_that_names_what_is_wrong(statements: str, expe
     [
         ("reg1 := " + "(" * 5000 + "1" + ")" * 5000 + "; TPWrite 1;", "this is nested deeper than 90 levels"),
         ("reg1 := " + "1+" * 5000 + "1; TPWrite 1;", "more than 200 operators are in a row here"),
+        ("reg1 := " + "reg1" + "{1}" * 5000 + "; TPWrite 1;", "this is nested deeper than 90 levels"),
         ("IF TRUE " * 100 + 'TPWrite "x"; TPWrite 1;', "this is nested deeper than 90 levels"),
     ],
 )

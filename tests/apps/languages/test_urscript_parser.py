@@ -67,11 +67,16 @@ def test_each_fault_has_its_place_and_the_next_statement_is_still_looked_at() ->
         ("def a(b):\nend", "1:7: the program 'a' can't have parameters"),
         ("def ():\nend", "1:5: the name of this 'def' is expected here, not '('"),
         ("textmsg(\0)", "1:9: the character '\\x00' can't stand here"),
-        ("a = " + "(" * 10_000, "1:54: more than 50 things are within each other here"),
-        ("a = 1" + " + 1" * 10_000, "1:197: more than 50 things are within each other here"),
+        ("a = " + "(" * 10_000, "1:94: this is nested deeper than 90 levels"),
+        ("a = 1" + " + 1" * 10_000, "1:357: this is nested deeper than 90 levels"),
+        ("a = [1]\nb = a" + "[0]" * 10_000, "2:268: this is nested deeper than 90 levels"),
+        (
+            "if True:\n" + "elif True:\nsync()\n" * 3000 + "end",
+            "1:1: a choice in this program has too many arms, or too much is within them",
+        ),
         ("a = " + "9" * 5000, f"1:5: the number {'9' * 5000} is too large"),
         ("while True:\n" * 16 + "sync()\n" + "end\n" * 16, "16:1: more than 15 loops are within each other here"),
-        ("while True:\n" * 1000, "50:7: more than 50 things are within each other here"),
+        ("while True:\n" * 1000, "90:7: this is nested deeper than 90 levels"),
     ],
 )
 def test_what_is_no_program_is_told(text: str, expected: str) -> None:
@@ -198,3 +203,11 @@ def test_scripts_with_any_fault_are_refused_or_run(rng: np.random.Generator) -> 
             load(" ".join(changed))
         except ProgramError as error:
             assert error.diagnostics
+
+
+def test_what_is_nested_too_deeply_costs_its_statement_alone() -> None:
+    deep = "if True:\n" * 200 + "sync()\n" + "end\n" * 200
+    assert faults(deep + "movj(1)\n") == [
+        "90:4: this is nested deeper than 90 levels",
+        "402:1: there is no function 'movj'; did you mean 'movej'?",
+    ]

@@ -234,6 +234,32 @@ def test_a_watchdog_stops_a_script_whose_client_is_silent() -> None:
     assert controller.program is None and "input_int_register_0 was not written in time" in controller.words[-1][2]
 
 
+def test_a_watchdog_pauses_a_script_whose_client_is_silent() -> None:
+    controller = Controller(SimulatedArm(HOME))
+    run_script(
+        controller,
+        """def tried():
+  rtde_set_watchdog("input_int_register_0", 10)
+  while True:
+    write_output_integer_register(3, read_output_integer_register(3) + 1)
+    sync()
+  end
+end
+""",
+    )
+    for _ in range(80):  # 10 Hz are 50 cycles, from the first on
+        controller.cycle()
+    counted = controller.registers["output_int_register_3"]
+    assert controller.paused and counted == 51
+    assert [text for _, _, text in controller.words] == [
+        "RTDE watchdog: input_int_register_0 was not written in time, the program is paused"
+    ]
+    assert controller.go_on()
+    for _ in range(20):
+        controller.cycle()
+    assert not controller.paused and controller.registers["output_int_register_3"] == 71
+
+
 def test_a_protective_stop_ends_the_script() -> None:
     played = Played("protective_stop()\nsync()\ntextmsg(1)")
     assert played.controller.safety is SafetyMode.PROTECTIVE_STOP and played.said == ["Protective stop by the program"]
@@ -254,7 +280,7 @@ def test_a_protective_stop_ends_the_script() -> None:
         ("set_digital_out(10, True)", "n is a whole number from 0 to 9, not 10"),
         ("force_mode(p[0, 0, 0, 0, 0, 0], [0], [0], 2, [0])", "'force_mode' can't be used here yet"),
         ('rtde_set_watchdog("speed", 1, "stop")', "there is no input 'speed' of RTDE"),
-        ('rtde_set_watchdog("input_int_register_0", 1)', "the action 'pause' of a watchdog can't be used here yet"),
+        ("zero_ftsensor()", "'zero_ftsensor' can't be used here yet"),
         ('socket_open("127.0.0.1", 0)', "port is a whole number from 1 to 65535, not 0"),
     ],
 )

@@ -31,13 +31,14 @@ def python_first() -> dict[str, str]:
 
 
 def octave(folder: Path, text: str) -> str:
-    """Return what a program prints that runs in a folder; one that fails fails the test with its words."""
+    """Return what a program prints that runs in a folder; one that fails or warns fails the test with its words."""
     program = folder / "program.m"
     program.write_text("1;\n" + text, "utf-8")  # with functions first it would be no script
     done = subprocess.run(
         command(program), cwd=folder, env=python_first(), capture_output=True, text=True, timeout=GUARD
     )
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+    assert "warning:" not in done.stderr, done.stderr
     return done.stdout
 
 

@@ -8,10 +8,12 @@ import socket
 import subprocess
 import sys
 import xmlrpc.client
+from pathlib import Path
 
 import pytest
 import virtualrobot
 import zenoh
+from rosbags.highlevel import AnyReader
 from virtualrobot import Client
 
 from tests.api.client.conftest import IIWA
@@ -33,6 +35,28 @@ def router() -> tuple[zenoh.Config, str]:
     config.insert_json5("listen/endpoints", f'["{place}"]')
     config.insert_json5("scouting/multicast/enabled", "false")
     return config, place
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM that a program hears")
+def test_a_recording_is_whole_when_the_bridge_is_terminated(
+    client: Client, kernel: KernelProcess, tmp_path: Path
+) -> None:
+    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "ros", "--port", "0"]
+    command += ["--record", str(tmp_path / "run")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            assert process.stdout is not None
+            while not process.stdout.readline().startswith("recording to"):
+                continue
+            begin = client.clock.simulation_time
+            until(lambda: client.clock.simulation_time > begin + 0.1)
+            process.send_signal(signal.SIGTERM)
+            rest, _ = process.communicate(timeout=GUARD)
+            assert process.returncode == 130 and "Traceback" not in rest, rest
+        finally:
+            process.kill()
+    with AnyReader([tmp_path / "run"]) as reader:
+        assert reader.topics["/clock"].msgcount > 1
 
 
 def test_options_make_it_a_node_of_ros_1_and_of_zenoh(client: Client, kernel: KernelProcess) -> None:

@@ -44,13 +44,15 @@ def looking(along_x: Floats) -> Floats:
     return along_x[:, [1, 2, 0]]
 
 
+FAN = looking(rays(2.0 * HALF, np.radians(0.1), np.radians(0.25)))
+"""Rays of a range finder of two dimensions."""
 RAYS = looking(rays(2.0 * HALF, 2.0 * HALF, np.radians(1.25)))
 FEW = looking(rays(2.0 * HALF, 2.0 * HALF, np.radians(2.5)))
 
 
-def look(planner: ViewPlanner, view: Floats, boxes: list[Box]) -> int:
-    """Take a scan from a view."""
-    along = RAYS @ view[:3, :3].T
+def look(planner: ViewPlanner, view: Floats, boxes: list[Box], of_view: Floats = RAYS) -> int:
+    """Take a scan from a view, by rays (n, 3) about its z."""
+    along = of_view @ view[:3, :3].T
     lengths = met([*boxes, GROUND], view[:3, 3], along)
     seen = lengths <= REACH
     return planner.take(view[:3, 3], view[:3, 3] + along * np.where(seen, lengths, REACH)[:, None], seen)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.seeing.views.planning import NoViewError, ViewPlanner, views_around
-from virtualrobot_apps.seeing.views.voxels import FREE, OCCUPIED, UNKNOWN, Voxels
+from virtualrobot_apps.seeing.views.voxels import FREE, OCCUPIED, UNKNOWN, Floats, Voxels
 
-from tests.apps.seeing.bodies import BODIES, EDGE, FEW, HIGH, LOW, MIDDLE, REACH, covered, look
+from tests.apps.seeing.bodies import BODIES, EDGE, FAN, FEW, HIGH, LOW, MIDDLE, REACH, covered, look
 from tests.apps.seeing.box_scanner import Box
 
 
@@ -33,6 +33,19 @@ def test_a_ray_frees_what_it_passes_and_fills_where_it_ends() -> None:
     assert np.unravel_index(first, voxels.states.shape) in ((5, 1, 1), (6, 1, 1))
     (nothing,) = voxels.first_met(np.array([-0.5, 0.15, 0.15]), np.array([[-1.0, 0.0, 0.0]]), 2.0)
     assert nothing == -1
+
+
+@pytest.mark.parametrize("along", [np.array([[0.0, 0.0, 1.0]]), FAN], ids=["one ray", "a fan"])
+def test_range_finders_of_one_and_two_dimensions_are_led_to_what_is_unknown(along: Floats) -> None:
+    """Each of eight views tells surface that none before has told; a fan of 200 rays far more than 8 rays."""
+    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), views_around(MIDDLE, np.array([0.7]), 30), along, REACH)
+    known = [0]
+    for _ in range(8):
+        view = planner.next()
+        assert view is not None
+        look(planner, view, BODIES["crate"], along)
+        known.append(int((planner.voxels.states == OCCUPIED).sum()))
+    assert (np.diff(known) >= 1).all() and (len(along) == 1 or known[-1] > 100), known
 
 
 def test_the_model_lies_on_the_body_and_its_holes_are_named() -> None:

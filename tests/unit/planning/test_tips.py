@@ -13,7 +13,7 @@ from virtualrobot_kernel.planning.solvers import Solver
 from virtualrobot_kernel.planning.tips import tips_of
 from virtualrobot_sdk.answers import check_solution, check_solutions, checked_result, checked_results
 from virtualrobot_sdk.errors import ComponentFault
-from virtualrobot_sdk.kinematics import REVOLUTE, InverseOptions, InverseResult, InverseStatus
+from virtualrobot_sdk.kinematics import REVOLUTE, InverseMany, InverseOptions, InverseResult, InverseStatus
 from virtualrobot_sdk.reference import joint_motion
 
 from tests.unit.planning.robots import standing
@@ -102,6 +102,9 @@ class Chosen:
         """Take the answers."""
         self.answers = answers
 
+    def has(self, method: str) -> bool:
+        return False
+
     def call(self, method: str, *arguments: object) -> InverseResult:
         assert method == "inverse" and len(arguments) == 2
         return self.answers.pop(0)
@@ -123,3 +126,51 @@ def test_a_solver_asked_for_many_poses_compares_each_with_the_tree(rng: np.rando
     solver = Solver(Chosen(answers.copy()), chain, tip, tips)  # pyright: ignore[reportArgumentType]
     with pytest.raises(KernelError, match="it failed: inverse returned a solution that misses its target by"):
         solver.inverse_each(tips(postures[::-1]))
+    solver = Solver(Chosen(answers.copy()), chain, tip, tips)  # pyright: ignore[reportArgumentType]
+    many = solver.inverse_many(tips(postures))
+    assert (many.target.tolist(), many.solutions.tolist()) == ([0, 1, 2, 3], postures.tolist())
+
+
+class Together(Chosen):
+    """Component that knows many poses at once, and gives one answer for all."""
+
+    def __init__(self, answer: object) -> None:
+        """Take the answer."""
+        self.answer = answer
+
+    def has(self, method: str) -> bool:
+        return method == "inverse_many"
+
+    def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  nonsense of any kind
+        assert method == "inverse_many" and len(arguments) == 1
+        return self.answer
+
+
+def test_answers_for_many_poses_are_looked_at(rng: np.random.Generator) -> None:
+    snapshot, node = standing("panda")
+    arm = arm_of(snapshot, node)
+    tip, tips, chain = tip_of(snapshot, arm), tips_of(snapshot, arm), arm.serial()
+    postures = rng.uniform(chain.lower, chain.upper, (3, 7))
+    poses, target = tips(postures)[[0, 2, 2]], np.array([0, 1])
+    right = InverseMany(target, postures[[0, 2]])
+    outside = postures[[0, 2]].copy()
+    outside[1, 4] = 7.0
+    for answer, said in (
+        (right, ""),
+        (right._replace(target=np.array([0, 3])), "targets that do not go up from 0 to 2 at the most"),
+        (right._replace(target=np.array([1, 0])), "targets that do not go up"),
+        (right._replace(target=np.array([0])), r"target of shape \(1,\) for 2 solutions"),
+        (right._replace(target=[0, 1]), "a list as target; it must be an int64 array"),
+        (right._replace(solutions=postures[:2, :4]), r"shape \(2, 4\); they must be \(m, 7\)"),
+        (right._replace(solutions=postures[:2]), "misses its target"),
+        (right._replace(solutions=outside), "outside its limits"),
+        (right._replace(solutions=np.full((2, 7), np.nan)), "all values must be finite"),
+        ([right], "a list; it must be an InverseMany"),
+    ):
+        solver = Solver(Together(answer), chain, tip, tips)  # pyright: ignore[reportArgumentType]
+        if said:
+            with pytest.raises(KernelError, match=said):
+                solver.inverse_many(poses)
+            continue
+        found = solver.inverse_many(poses)
+        assert (found.target.tolist(), found.solutions.tolist()) == ([0, 1], postures[[0, 2]].tolist())

@@ -57,7 +57,7 @@ class Parts:
 
     def write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Keep the rows of a block, which lie side by side; raise OSError where that can't be."""
-        columns = [pyarrow.array([row.get(one.name) for row in rows], one.type) for one in self._schema]
+        columns = [column([row.get(one.name) for row in rows], one.type) for one in self._schema]
         counts = {name: str(sum(row["status"] == name for row in rows)) for name in _COUNTED}
         table = pyarrow.Table.from_arrays(columns, schema=self._schema.with_metadata(counts))
         content = io.BytesIO()
@@ -150,6 +150,18 @@ class Parts:
 
     def _damaged(self, part: str, error: Exception) -> MalformedFileError:
         return MalformedFileError(f"{self.store.where(part)} is damaged ({error}): delete it and resume the study")
+
+
+def column(values: Sequence[Any], kind: pyarrow.DataType) -> pyarrow.Array:
+    """Return values, None for those that there are not, as a column: `pyarrow.array`, which would import pandas."""
+    there = np.packbits([value is not None for value in values], bitorder="little")
+    if pyarrow.types.is_string(kind):
+        texts = [b"" if value is None else str(value).encode(errors="backslashreplace") for value in values]
+        ends = np.cumsum([0, *(len(text) for text in texts)], dtype=np.int32)
+        parts = [ends, np.frombuffer(b"".join(texts), np.uint8)]
+    else:
+        parts = [np.array([0 if value is None else value for value in values], kind.to_pandas_dtype())]
+    return pyarrow.Array.from_buffers(kind, len(values), [pyarrow.py_buffer(part) for part in (there, *parts)])
 
 
 def _name(first: int, last: int) -> str:

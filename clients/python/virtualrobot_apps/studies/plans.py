@@ -46,13 +46,19 @@ class Known:
 
     def __init__(self, study: Study, parts: Parts) -> None:
         """Look for what is missing."""
+        self._cells = study.cells
         blocks = [Block(*one) for one in _cut(parts.missing(), study.block)]
         order = generator(study.cells.seed, _ORDER).permutation(len(blocks))
         self._blocks = deque(blocks[one] for one in order)
 
     def following(self) -> Block | None:
         """Return the next block; None when all are given away."""
-        return self._blocks.popleft() if self._blocks else None
+        if not self._blocks:
+            return None
+        block = self._blocks.popleft()
+        if block.drawn or not self._cells.laws:
+            return block
+        return block._replace(drawn=tuple(self._cells.between(block.first, block.last)))
 
     def again(self, *blocks: Block) -> None:
         """Put blocks first."""

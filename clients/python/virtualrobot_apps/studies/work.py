@@ -32,21 +32,24 @@ _LONGEST_ERROR = 4000
 
 
 class Block(NamedTuple):
-    """Cells from `first` up to but not with `last`; those of a search bring their parameters, a row each."""
+    """Cells from `first` up to but not with `last`; where these are drawn they bring their parameters, a row each.
+
+    So no worker has to load SciPy, which takes longer than many a block.
+    """
 
     first: int
     last: int
-    searched: tuple[Mapping[str, Value], ...] = ()
+    drawn: tuple[Mapping[str, Value], ...] = ()
 
     def parameters(self, study: Study) -> Sequence[Mapping[str, Value]]:
         """Return the parameters of its cells, by name."""
-        return self.searched or study.cells.between(self.first, self.last)
+        return self.drawn or study.cells.between(self.first, self.last)
 
     def halves(self) -> tuple[Block, Block]:
         """Return two blocks of these cells."""
         middle = (self.first + self.last) // 2
         count = middle - self.first
-        return Block(self.first, middle, self.searched[:count]), Block(middle, self.last, self.searched[count:])
+        return Block(self.first, middle, self.drawn[:count]), Block(middle, self.last, self.drawn[count:])
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,6 @@ def prepare(job: Job) -> tuple[Callable[..., Any], Any]:
     if (here := functions.versions()) != job.versions:
         raise WrongStateError(f"this worker has {_told(here)}, and the study was begun with {_told(job.versions)}")
     function = functions.load(study.function, folder)
-    study.cells.between(0, 1)  # imports what laws need, which no block's time has in it
     if not study.setup:
         return function, None
     setup = functions.load(study.setup, folder)

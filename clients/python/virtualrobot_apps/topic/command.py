@@ -239,8 +239,9 @@ def pub(target: Target, name: str, value: tuple[str, ...], rate: float, seconds:
             raise click.UsageError("say for how many --seconds")
         if client.clock.mode == "stepped":
             raise click.UsageError("time stands still; 'virtualrobot step --realtime' lets it go on by itself again")
-        told, begin = numbers_of_words(value), client.clock.simulation_time
+        told = numbers_of_words(value)
         with client.streams.publisher(name, timeout=max(0.5, 3.0 / rate)) as publisher:
+            begin = client.clock.simulation_time  # a busy machine takes a while until here
             while client.clock.simulation_time - begin < seconds:
                 publisher.send(told)
                 time.sleep(1.0 / rate)

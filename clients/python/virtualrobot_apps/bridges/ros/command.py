@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.own_kernel import interrupt_when_terminated
 
 if TYPE_CHECKING:
     from virtualrobot_apps.bridges.ros.transport import Transport
@@ -87,9 +88,15 @@ Examples:
 @click.option("--foxglove-port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Their port.")
 @click.option(
     "--record",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE.mcap",
-    help="Record all that the topics tell, in the form of ROS 2.",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Record all that is told and heard: FILE.mcap or a folder in the form of ROS 2, FILE.bag in that of ROS 1.",
+)
+@click.option(
+    "--play",
+    type=click.Path(path_type=Path, exists=True),
+    metavar="FILE",
+    help="Play a bag of ROS 1 or 2 (.bag, .mcap, a folder) in simulation time, but for what the world tells itself.",
 )
 @click.option(
     "--files",
@@ -149,6 +156,7 @@ def ros(
     foxglove: bool,
     foxglove_port: int,
     record: Path | None,
+    play: Path | None,
     files: Path | None,
     simuep: Path | None,
     floor: Path | None,
@@ -205,6 +213,10 @@ def ros(
         raise click.UsageError("--server-token-file is the token of a --server")
     if record is not None:
         transports.append(_recorder(record))
+    if play is not None:
+        from virtualrobot_apps.bridges.ros.player import Player
+
+        transports.append(Player(play, click.echo))
     keep_memory()
     with target.connect("ros bridge") as client:
         scene = load_simuep(client, simuep, click.echo) if simuep else None
@@ -216,6 +228,7 @@ def ros(
         if check:
             click.echo("\n".join(bridge.check()))
             return
+        interrupt_when_terminated()  # recordings are ended well
         try:
             bridge.run()
         except TransportError as error:

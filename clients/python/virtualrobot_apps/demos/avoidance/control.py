@@ -7,13 +7,13 @@ ticks, and the same start gives the same joints bit for bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot import Client, Robot
-from virtualrobot.collisions.collisions import Distance
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.values import Jacobians
 
@@ -65,6 +65,29 @@ Trajectory = Callable[[float], Reference]
 """Function of the seconds since the start: pose and velocities that the tool shall have then."""
 
 
+class Near(Protocol):
+    """Point of the robot and one of an obstacle: `virtualrobot.collisions.Distance` is such."""
+
+    @property
+    def first(self) -> str:
+        """Return the link or tool that the point is fixed to."""
+        ...
+
+    @property
+    def distance(self) -> float:
+        """Return the distance of both (m)."""
+        ...
+
+    @property
+    def points(self) -> Floats:
+        """Return both (2, 3) in the world's frame, the robot's first."""
+        ...
+
+
+Sight = Callable[[Mapping[str, float]], Sequence[Near]]
+"""Function of joint positions by name: what is near the robot then, the nearest first."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
     """Record of n cycles.
@@ -100,6 +123,7 @@ def track(
     seconds: float,
     gains: Gains,
     each: Callable[[float], None] = lambda time: None,
+    sight: Sight | None = None,
 ) -> Record:
     """Lead the chosen tool centre point along a trajectory for so many seconds of simulation time, and stop it.
 
@@ -110,7 +134,13 @@ def track(
         seconds: the duration, in s of simulation time.
         gains: the constants of the law.
         each: is called at the beginning of each cycle with the seconds since the start.
+        sight: what the law knows of obstacles; by default the true distances of links from them.
     """
+
+    def measured(at: Mapping[str, float]) -> Sequence[Near]:
+        return client.collisions.distances(robot.name, max_distance=RECORDED, configurations={robot.name: at})
+
+    sight = sight or measured
     names, limits = robot.chain_joint_names, robot.limits
     lower, upper, fastest = (
         np.array([getattr(limits[name], field) for name in names]) for field in ("lower", "upper", "velocity")
@@ -123,7 +153,7 @@ def track(
                 break
             each(time)
             at = dict(zip(names, q.tolist(), strict=True))
-            near = client.collisions.distances(robot.name, max_distance=RECORDED, configurations={robot.name: at})
+            near = sight(at)
             told = robot.solve_jacobian(at, [(pair.first, pair.points[0]) for pair in near])
             reference = trajectory(time)
             weights = law.limit_weights(q, going, lower, upper)
@@ -147,7 +177,7 @@ def track(
 
 
 def command(
-    near: list[Distance],
+    near: Sequence[Near],
     told: Jacobians,
     names: list[str],
     reference: Reference,

@@ -9,7 +9,9 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.bins.command import bins
+from virtualrobot_apps.demos.carry.command import carry
 from virtualrobot_apps.demos.controllers.command import controllers
+from virtualrobot_apps.demos.fetch.command import fetch
 from virtualrobot_apps.demos.patrol.command import patrol
 from virtualrobot_apps.demos.twin.command import twin
 from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, rov, ugv, uvms
@@ -66,6 +68,8 @@ demo.add_command(twin)
 demo.add_command(auv)
 demo.add_command(bins)
 demo.add_command(boebot)
+demo.add_command(carry)
+demo.add_command(fetch)
 demo.add_command(maze)
 demo.add_command(ugv)
 demo.add_command(hexapod)

@@ -119,17 +119,22 @@ def look(client: Client, world_t_scanner: Floats) -> Scan:
 
 def told(before: Sequence[Scan], now: Sequence[Scan], name: str) -> list[Change]:
     """Return and print what changed between scans of a round and those of the first, each thing once."""
-    changes: list[Change] = []
-    for first, second in zip(before, now, strict=True):
-        for change in compare(first, second).changes:
-            if all(np.linalg.norm(change.place - one.place) > SAME for one in changes):
-                changes.append(change)
-    changes.sort(key=lambda one: -one.volume)
+    seen = [change for pair in zip(before, now, strict=True) for change in compare(*pair).changes]
+    changes = sorted(once(seen), key=lambda one: -one.volume)
     for change in changes:
         print(f"{name}: {change}, {1e3 * change.volume:.0f} l", flush=True)
     if not changes:
         print(f"{name}: nothing has changed", flush=True)
     return changes
+
+
+def once(changes: Sequence[Change]) -> list[Change]:
+    """Return each thing of changes that stops tell once, as the stop tells it that has most points of it."""
+    found: list[Change] = []
+    for change in sorted(changes, key=lambda one: -one.points):
+        if all(change.appeared != one.appeared or np.linalg.norm(change.place - one.place) > SAME for one in found):
+            found.append(change)
+    return found
 
 
 def is_it(change: Change, appeared: bool, box: floors.Box) -> bool:

@@ -31,6 +31,9 @@ Examples:
 
 _PEM = click.Path(exists=True, dir_okay=False, path_type=Path)
 
+SWITCH_SECONDS = 0.0005
+"""Time (s) after which a program that computes without a wait lets the server answer; Python has ten times that."""
+
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("robots", nargs=-1, required=True, metavar="ROBOT...", type=ROBOT)
@@ -109,6 +112,7 @@ def abb(
     from virtualrobot_apps.emulators.abb.server import Server, made
     from virtualrobot_apps.languages.core.source import read_source
 
+    sys.setswitchinterval(SWITCH_SECONDS)
     with ExitStack() as stack:
         client = stack.enter_context(target.connect("ABB emulator"))
         if client.clock.mode == "stepped":

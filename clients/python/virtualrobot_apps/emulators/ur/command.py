@@ -78,6 +78,8 @@ def ur(
 
         with suppress(KeyboardInterrupt):
             server.run(ended)
+        if server.controller.off:
+            click.echo("UR was shut down by its dashboard")
 
 
 def _read_orders(orders: queue.SimpleQueue[str], ends: threading.Event | None) -> None:

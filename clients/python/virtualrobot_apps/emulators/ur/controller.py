@@ -20,6 +20,8 @@ END_DECELERATION = 4.0
 """Deceleration (rad/s^2) with which joints stop as a program ends."""
 HARD_DECELERATION = 12.0
 """That of a protective stop."""
+PAUSE_SECONDS = 0.25
+"""Time (s) in which a move that is paused comes to rest, and in which it is as fast as before."""
 SETTLED = 1e-5
 """Distance (rad) of the arm from a setpoint that doesn't move at which it is left to itself."""
 _LOGGED = 1000
@@ -59,6 +61,7 @@ class Runtime(IntEnum):
 
     STOPPED = 1
     PLAYING = 2
+    PAUSED = 4
 
 
 class Program(Protocol):
@@ -76,11 +79,11 @@ class Program(Protocol):
 
 
 class Watchdog:
-    """rtde_set_watchdog: the program is stopped where an input isn't written often enough."""
+    """rtde_set_watchdog: the program is stopped or paused where an input isn't written often enough."""
 
-    def __init__(self, variable: str, cycles: int) -> None:
+    def __init__(self, variable: str, cycles: int, pauses: bool) -> None:
         """Watch an input, which may be silent for `cycles`."""
-        self.variable, self.cycles, self.silent = variable, cycles, 0
+        self.variable, self.cycles, self.pauses, self.silent = variable, cycles, pauses, 0
 
 
 class Controller:
@@ -115,6 +118,10 @@ class Controller:
         self.center: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.inertia: tuple[float, ...] = (0.0,) * 6
         self.program: Program | None = None
+        self.paused = False
+        """The program stands where it is, and so does the move that it makes."""
+        self.off = False
+        """It was shut down, and answers nobody any more."""
         self.watchdog: Watchdog | None = None
         self.move: Move | None = None
         self.target, self.velocity = body.read()
@@ -125,6 +132,7 @@ class Controller:
         """Messages that haven't gone out yet: number of the error, its argument, words."""
         self.logged: list[str] = []
         """Lines of the log that haven't gone out yet, the last ones."""
+        self._pace = 1.0
         self._follows = False
         self._settling = 0
         self._until = 0
@@ -140,6 +148,11 @@ class Controller:
         return self.safety not in (SafetyMode.NORMAL, SafetyMode.REDUCED)
 
     @property
+    def playing(self) -> bool:
+        """A program runs, and isn't paused."""
+        return self.program is not None and not self.paused
+
+    @property
     def moving(self) -> bool:
         """The arm is on its way, or hasn't quite arrived."""
         return self.move is not None or self._follows
@@ -152,13 +165,9 @@ class Controller:
             self.mode = RobotMode.IDLE if self.mode is RobotMode.POWER_ON else RobotMode.RUNNING
         if self.body.complaint and not self.stopped:
             self.protective_stop(self.body.complaint)
-        if self.watchdog is not None:
-            self.watchdog.silent += 1
-            if self.watchdog.silent > self.watchdog.cycles:
-                variable = self.watchdog.variable
-                self.end_program()
-                self.say(207, 0, f"RTDE watchdog: {variable} was not written in time, the program is stopped")
-        if self.program is not None and not self.program.cycle(self):
+        if self.watchdog is not None and not (self.watchdog.pauses and self.paused):
+            self._watch(self.watchdog)
+        if self.program is not None and not self.paused and not self.program.cycle(self):
             self.end_program()
         before = self.velocity
         self._advance()
@@ -166,10 +175,22 @@ class Controller:
         self.body.advance(self.dt)
         self.past.append(self.body.read()[0])
 
+    def _watch(self, watchdog: Watchdog) -> None:
+        watchdog.silent += 1
+        if watchdog.silent > watchdog.cycles:
+            if watchdog.pauses:
+                self.pause()
+            else:
+                self.end_program()
+            done = "paused" if watchdog.pauses else "stopped"
+            self.say(207, 0, f"RTDE watchdog: {watchdog.variable} was not written in time, the program is {done}")
+
     def _advance(self) -> None:
+        change = self.dt / PAUSE_SECONDS
+        self._pace = max(0.0, self._pace - change) if self.paused else min(1.0, self._pace + change)
         if self.move is not None and self.mode is RobotMode.RUNNING:
-            # A speed slider slows moves that the controller plans; setpoints and stops have their own time.
-            seconds = self.dt * (self.slider if isinstance(self.move, PLANNED) else 1.0)
+            # Slider and pause slow moves that the controller plans; setpoints and stops have their own time.
+            seconds = self.dt * (self.slider * self._pace if isinstance(self.move, PLANNED) else 1.0)
             try:
                 goal = self.move.advance(self.target, self.velocity, seconds)
             except kinematics.NoPosture as error:
@@ -236,15 +257,42 @@ class Controller:
         """End the program; what moves slows down."""
         if self.program is not None:
             program, self.program, self.watchdog = self.program, None, None
+            self.paused, self._pace = False, 1.0
             program.close()
             self.halt()
 
-    def watch(self, variable: str, cycles: int) -> None:
-        """Stop the program where an input isn't written for so many cycles; 0: watch nothing."""
-        self.watchdog = Watchdog(variable, cycles) if cycles else None
+    def pause(self) -> bool:
+        """Pause the program, whose move comes to rest on its path; return False where none runs."""
+        if self.program is None:
+            return False
+        self.paused = True
+        if not isinstance(self.move, PLANNED):
+            self.halt()  # setpoints and velocities are the program's own
+        return True
+
+    def go_on(self) -> bool:
+        """Have the program that was paused go on; return False where there is none, or the robot can't move."""
+        if not self.paused or self.mode is not RobotMode.RUNNING:
+            return False
+        self.paused = False
+        if self.watchdog is not None:
+            self.watchdog.silent = 0
+        return True
+
+    def shut_down(self) -> None:
+        """Take the arm's power, and be off."""
+        self.power_off()
+        self.off = True
+
+    def watch(self, variable: str, cycles: int, pauses: bool = False) -> None:
+        """Stop the program, or pause it, where an input isn't written for so many cycles; 0: watch nothing."""
+        self.watchdog = Watchdog(variable, cycles, pauses) if cycles else None
 
     def take(self, values: Mapping[str, object]) -> None:
-        """Take inputs that a client has set."""
+        """Take inputs that a client has set; a force that is told the robot ends the program, which can't use it."""
+        if "external_force_torque" in values and self.program is not None:
+            self.end_program()
+            self.say(255, 0, "'external_force_torque' can't be used here yet: an emulated arm knows no forces")
         self.inputs.update(values)
         if self.watchdog is not None and self.watchdog.variable in values:
             self.watchdog.silent = 0
@@ -315,7 +363,7 @@ class Controller:
         positions, velocities = self.body.read()
         model, running = self.model, self.mode is RobotMode.RUNNING
         actual, target = (kinematics.pose_of(kinematics.forward(model, q, self.tcp)) for q in (positions, self.target))
-        runs = self.program is not None
+        runs = self.playing
         safety = {SafetyMode.NORMAL: 1, SafetyMode.REDUCED: 2, SafetyMode.PROTECTIVE_STOP: 4}.get(self.safety, 0)
         safety |= {SafetyMode.SAFEGUARD_STOP: 16, SafetyMode.ROBOT_EMERGENCY_STOP: 64 | 128}.get(self.safety, 0)
         return {
@@ -335,7 +383,7 @@ class Controller:
             "safety_status": int(self.safety),
             "safety_status_bits": safety | (1024 if self.stopped else 0),
             "robot_status_bits": (1 if self.mode > RobotMode.POWER_OFF else 0) | (2 if runs else 0),
-            "runtime_state": int(Runtime.PLAYING if runs else Runtime.STOPPED),
+            "runtime_state": int(Runtime.PAUSED if self.paused else Runtime.PLAYING if runs else Runtime.STOPPED),
             "speed_scaling": self.slider if runs else 0.0,
             "target_speed_fraction": self.slider,
             "actual_digital_input_bits": self.digital_inputs,

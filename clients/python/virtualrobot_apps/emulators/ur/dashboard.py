@@ -11,7 +11,7 @@ def answer(controller: Controller, line: str) -> str:
     """Return what the dashboard answers to a line, having done what it asks for."""
     words = line.strip()
     asked = words.lower()
-    runs = controller.program
+    runs, paused = controller.program, controller.paused
     if asked == "power on":
         controller.power_on()
         return "Powering on"
@@ -28,8 +28,13 @@ def answer(controller: Controller, line: str) -> str:
     if asked == "stop":
         controller.end_program()  # where none runs, that is so already: ur-rtde stops what has just ended
         return "Stopped"
-    if asked in ("play", "pause"):
-        return f"Failed to execute: {asked}"
+    if asked == "pause":
+        return "Pausing program" if controller.pause() else "Failed to execute: pause"
+    if asked == "play":  # no program is loaded: it goes on with one that was paused
+        return "Starting program" if controller.go_on() else "Failed to execute: play"
+    if asked == "shutdown":
+        controller.shut_down()
+        return "Shutting down"
     order, _, rest = words.partition(" ")
     match order.lower():
         case "load":
@@ -46,8 +51,8 @@ def answer(controller: Controller, line: str) -> str:
         "close popup": "closing popup",
         "close safety popup": "closing safety popup",
         "restart safety": "Restarting safety",
-        "running": f"Program running: {'true' if runs else 'false'}",
-        "programstate": f"PLAYING {runs.name}" if runs else "STOPPED <unnamed>",
+        "running": f"Program running: {'true' if controller.playing else 'false'}",
+        "programstate": f"{'PAUSED' if paused else 'PLAYING'} {runs.name}" if runs else "STOPPED <unnamed>",
         "get loaded program": "No program loaded",
         "robotmode": f"Robotmode: {controller.mode.name}",
         "safetymode": f"Safetymode: {controller.safety.name}",

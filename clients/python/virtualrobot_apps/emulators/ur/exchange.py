@@ -9,12 +9,17 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 from virtualrobot_apps.emulators.ur import values
 
 _HEAD = struct.Struct(">HB")
 VERSION, CONTROLLER_VERSION, TEXT = ord("V"), ord("v"), ord("M")
 DATA, OUTPUTS, INPUTS, START, PAUSE = ord("U"), ord("O"), ord("I"), ord("S"), ord("P")
+
+
+class NotFinite(ValueError):
+    """A number that is none, or infinite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +31,22 @@ class Recipe:
     form: struct.Struct
 
     def read(self, data: bytes) -> dict[str, object]:
-        """Return values by name: the first that are whole, since ur-rtde sends more than its recipe for one command."""
+        """Return values by name: the first that are whole, since ur-rtde sends more than its recipe for one command.
+
+        Raises NotFinite.
+        """
         if len(data) == self.form.size:
-            return values.unpack(self.names, self.kinds, self.form, data)
-        count, form = 0, values.layout(())
-        while count < len(self.kinds) and (longer := values.layout(self.kinds[: count + 1])).size <= len(data):
-            count, form = count + 1, longer
-        return values.unpack(self.names[:count], self.kinds[:count], form, data[: form.size])
+            found = values.unpack(self.names, self.kinds, self.form, data)
+        else:
+            count, form = 0, values.layout(())
+            while count < len(self.kinds) and (longer := values.layout(self.kinds[: count + 1])).size <= len(data):
+                count, form = count + 1, longer
+            found = values.unpack(self.names[:count], self.kinds[:count], form, data[: form.size])
+        for name, value in found.items():
+            for one in value if isinstance(value, tuple) else (value,):
+                if isinstance(one, float) and not isfinite(one):
+                    raise NotFinite(f"{name} is a finite number, not {one}")
+        return found
 
 
 def packet(kind: int, body: bytes) -> bytes:

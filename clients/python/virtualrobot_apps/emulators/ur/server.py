@@ -19,7 +19,11 @@ _SLOW = 1 << 20
 _LATE = 0.1
 """Lateness (s) after which cycles are not made up for: the emulated controller has stood still."""
 _LONGEST = 1 << 22
-"""Bytes of a script that isn't whole at which its client is let go."""
+"""Bytes of a script or a line that isn't whole at which its client is let go."""
+_MOST_READ = 1 << 20
+"""Bytes that are taken of a client in one cycle; more stay for the next."""
+_MOST_NEW = 64
+"""Connections to a port that are taken in one cycle."""
 _STATE_SECONDS = 0.1
 
 
@@ -38,9 +42,12 @@ class Client:
     def receive(self) -> None:
         """Take what has come; `ended` where nothing more will."""
         try:
-            while data := self.connection.recv(65536):
+            for _ in range(_MOST_READ // 65536):
+                data = self.connection.recv(65536)
                 self.got += data
-            self.ended = True
+                if not data:
+                    self.ended = True
+                    return
         except BlockingIOError:
             pass
         except OSError:
@@ -83,7 +90,7 @@ class Server:
                 self._listening[port] = listening
                 listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 listening.bind((host, port))
-                listening.listen(8)
+                listening.listen(_MOST_NEW)
                 listening.setblocking(False)
         except OSError:
             self.close()
@@ -125,27 +132,33 @@ class Server:
         self.clients = [client for client in self.clients if not client.ended]
 
     def _accept(self, port: int, listening: socket.socket) -> None:
-        try:
-            connection, _ = listening.accept()
-        except BlockingIOError:
-            return
         controller = self.controller
-        session = exchange.Session(controller.rate, controller.version, self._taken) if port == RTDE else None
-        client = Client(connection, port, session)
-        if port == DASHBOARD:
-            client.send(dashboard.BANNER.encode() + b"\n")
-        self.clients.append(client)
+        for _ in range(_MOST_NEW):
+            try:
+                connection, _ = listening.accept()
+            except OSError:  # nobody waits, is gone again, or this process may have no more of them
+                return
+            session = exchange.Session(controller.rate, controller.version, self._taken) if port == RTDE else None
+            client = Client(connection, port, session)
+            if port == DASHBOARD:
+                client.send(dashboard.BANNER.encode() + b"\n")
+            self.clients.append(client)
 
     def _answer(self, client: Client) -> None:
         while b"\n" in client.got:
             line, _, rest = client.got.partition(b"\n")
             client.got = rest
             client.send(dashboard.answer(self.controller, line.decode(errors="replace")).encode() + b"\n")
+            client.ended |= line.strip().lower() == b"quit"
+        client.ended |= len(client.got) > _LONGEST
 
     def _exchange(self, client: Client, session: exchange.Session) -> None:
         try:
             for kind, body in exchange.packets(client.got):
                 client.send(session.take(kind, body))
+        except exchange.NotFinite as error:
+            self._tell(f"RTDE: {error}; the client that sent it was let go")
+            client.ended = True
         except (ValueError, struct.error):
             client.ended = True
         if session.set:
@@ -168,7 +181,7 @@ class Server:
     def run(self, over: Callable[[], bool]) -> None:
         """Go on in real time until `over`, or the arm is gone."""
         due = time.monotonic()
-        while not over():
+        while not over() and not self.controller.off:
             due += self.controller.dt
             left = due - time.monotonic()
             if left > 0.0:
@@ -202,7 +215,7 @@ def state(controller: Controller) -> bytes:
     body = struct.pack(
         ">iBQ7?Bb4d",
         *(42 + 5, 0, controller.cycles, True, True, controller.mode >= 4, controller.safety == 7),
-        *(controller.safety == 3, controller.program is not None, False, controller.mode, 0),
+        *(controller.safety == 3, controller.playing, controller.paused, controller.mode, 0),
         *(controller.slider, controller.slider, 1.0, 0.0),
     )
     body = struct.pack(">i", len(body)) + body[4:]

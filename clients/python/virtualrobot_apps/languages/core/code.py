@@ -20,6 +20,8 @@ def compiled(lines: Sequence[str], places: Sequence[int], source: Source) -> Cod
         parsed = ast.parse("\n".join(lines) or "pass")
     except SyntaxError as error:
         raise _too_deep(source, numbers[(error.lineno or 1) - 1]) from error
+    except (RecursionError, MemoryError) as error:
+        raise _too_long(source) from error
     # As ast.walk does, in a third of the time.
     waiting: list[ast.AST] = [parsed]
     while waiting:
@@ -37,8 +39,15 @@ def compiled(lines: Sequence[str], places: Sequence[int], source: Source) -> Cod
         return compile(parsed, source.file, "exec")
     except SyntaxError as error:
         raise _too_deep(source, error.lineno or 1) from error
+    except RecursionError as error:
+        raise _too_long(source) from error
 
 
 def _too_deep(source: Source, line: int) -> ProgramError:
     said = "too many loops and conditions are nested within each other here"
     return ProgramError([Diagnostic(source.file, line, 1, said)])
+
+
+def _too_long(source: Source) -> ProgramError:
+    said = "a choice in this program has too many arms, or too much is within them"
+    return ProgramError([Diagnostic(source.file, 1, 1, said)])

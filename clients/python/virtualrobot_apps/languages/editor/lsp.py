@@ -17,7 +17,7 @@ from typing import Any
 from urllib.parse import urlparse
 from urllib.request import url2pathname
 
-from virtualrobot_apps.languages.core.diagnostics import Diagnostic, ProgramError
+from virtualrobot_apps.languages.core.diagnostics import ProgramError
 from virtualrobot_apps.languages.core.source import Source, decoded
 from virtualrobot_apps.languages.editor.channel import Channel, ChannelError
 from virtualrobot_apps.languages.editor.language import Analysis, Language, Symbol
@@ -32,7 +32,6 @@ MOST_BESIDE = 200
 LARGEST_BESIDE = 2_000_000
 """Size (bytes) of the largest of them."""
 
-TOO_DEEP = "brackets or blocks are too deep within each other for this program to be read"
 
 _PARSE_ERROR, _INVALID_REQUEST, _METHOD_NOT_FOUND, _INVALID_PARAMS, _INTERNAL = -32700, -32600, -32601, -32602, -32603
 _NOT_INITIALIZED, _REQUEST_FAILED = -32002, -32803
@@ -130,8 +129,6 @@ class LanguageServer:
             result = self._requested(method, given)
         except Refused as error:
             self._answer_error(message["id"], error.code, str(error))
-        except RecursionError:
-            self._answer_error(message["id"], _REQUEST_FAILED, TOO_DEEP)
         except Exception as error:  # the editor goes on with its other requests
             self._answer_error(message["id"], _INTERNAL, _log(method, error))
         else:
@@ -254,8 +251,6 @@ class LanguageServer:
         document = self._documents[uri]
         try:
             diagnostics = self._analysis(document).diagnostics
-        except RecursionError:
-            diagnostics = [Diagnostic(document.source.file, 1, 1, TOO_DEEP)]
         except Exception as error:  # other texts are served still
             self._tell_log(_log(f"check of {uri}", error))
             return

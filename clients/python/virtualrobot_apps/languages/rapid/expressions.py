@@ -102,13 +102,16 @@ class ExpressionParser(RapidReader):
 
     def parts(self, of: tree.Expression) -> tree.Expression:
         """Parse the components and elements that are taken of what was parsed."""
+        depth = self.depth
         while (kind := self.kinds[self.next]) in (".", "{"):
             at = self.starts[self.next]
+            self.deepen()
             self.next += 1
             if kind == ".":
                 of = tree.Component(at, of, self.name("the name of a component"))
             else:
                 of = tree.Element(at, of, self.expressions("}"))
+        self.depth = depth
         return of
 
     def arguments(self, end: str) -> list[tree.Argument]:

@@ -21,12 +21,6 @@ PRIORITIES = {
 """Strength with which each operator binds; that of `not` is 3."""
 LARGEST = 1e300
 """Size of the numbers that a script may have."""
-DEEPEST = 50
-"""Number of brackets, signs and operators that may be within each other."""
-
-
-class TooDeep(Exception):
-    """End of the parsing; the fault is told already."""
 
 
 class ExpressionParser(WordReader):
@@ -36,17 +30,10 @@ class ExpressionParser(WordReader):
         """Begin at the first word; `words` are those of the source, if somebody has found them already."""
         super().__init__(source, diagnostics, words or words_of(source, diagnostics))
 
-    def deeper(self, at: int) -> None:
-        """Count what is within something else; what is too deep is told, and ends the parsing."""
-        self.depth += 1
-        if self.depth > DEEPEST:
-            self.diagnostics.add(self.source, at, f"more than {DEEPEST} things are within each other here")
-            raise TooDeep
-
     def expression(self, least: int = 0) -> tree.Expression:
         """Parse an expression whose operators bind more strongly than `least`."""
         before = self.depth
-        self.deeper(self.at)
+        self.deepen()
         found = self._expression(least)
         self.depth = before
         return found
@@ -63,8 +50,8 @@ class ExpressionParser(WordReader):
             left = self.primary()
         while (priority := PRIORITIES.get(operator := self.kind, 0)) > least:
             at = self.at
+            self.deepen()
             self.next += 1
-            self.deeper(at)
             left = tree.Binary(at, operator, left, self.expression(priority))
         return left
 
@@ -132,6 +119,8 @@ class ExpressionParser(WordReader):
         """Parse the elements and components that are taken of what was parsed."""
         while True:
             at = self.at
+            if self.kind in ("[", "."):
+                self.deepen()
             if self.take("["):
                 indices = self.expressions("]")
                 if not 1 <= len(indices) <= 2:

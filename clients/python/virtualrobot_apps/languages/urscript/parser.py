@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
-from virtualrobot_apps.languages.core.words import Failed, Words
+from virtualrobot_apps.languages.core.words import DEEPEST, Failed, Words
 from virtualrobot_apps.languages.urscript import tree
-from virtualrobot_apps.languages.urscript.expressions import ExpressionParser, TooDeep
+from virtualrobot_apps.languages.urscript.expressions import ExpressionParser
 
 _ENDS = frozenset(("end", "elif", "else", "end of file"))
 """Words before which the statements of a block are over."""
@@ -21,6 +21,8 @@ _BEGINS = frozenset(
 )
 """Reserved words that begin a statement, and go on with none."""
 _FUNCTIONS = frozenset(("def", "thread", "sec"))
+_OPENS = _FUNCTIONS | {"if", "while"}
+"""Words that an `end` belongs to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +50,10 @@ class Parser(ExpressionParser):
         """Parse a whole text: one program, or lines one after the other, which are a program without a name."""
         if self.kind == "end of file":
             self.diagnostics.add(self.source, self.at, "a program (def, sec) or a statement is expected here")
-        lines: list[tree.Statement] = []
-        try:
+        lines = self.block()
+        while self.kind != "end of file":
+            self._stray()
             lines += self.block()
-            while self.kind != "end of file":
-                self._stray()
-                lines += self.block()
-        except TooDeep:
-            return Script(tree.Function(0, "def", "line"), self.source)
         functions = [one for one in lines if isinstance(one, tree.Function) and one.kind != "thread"]
         if functions and lines[0] is functions[0]:
             main, *others = lines
@@ -76,6 +74,16 @@ class Parser(ExpressionParser):
             self.next += 1
         self.take("newline")
 
+    def _skip_statement(self, begin: int) -> None:
+        """Leave out the statement that begins at a word, and all that is within it, however deep."""
+        self.next, level = begin, 0
+        while self.kind != "end of file":
+            kind = self.kind
+            self.next += 1
+            level += (kind in _OPENS) - (kind == "end")
+            if level <= 0 and kind in ("end", "newline"):
+                return
+
     def block(self) -> list[tree.Statement]:
         """Parse the statements of a block up to the word that ends it, which is left."""
         found: list[tree.Statement] = []
@@ -84,12 +92,15 @@ class Parser(ExpressionParser):
                 continue
             begin, depth = self.next, self.depth
             try:
-                self.deeper(self.at)
+                self.deepen()
                 found.append(self.statement())
                 self.depth = depth
             except Failed:
-                self.depth = depth
+                deepest, self.depth = self.depth > DEEPEST, depth
                 found += self._still_assigned(begin)
+                if deepest:
+                    self._skip_statement(begin)
+                    continue
                 opens = self.kinds[begin] in ("while", "if")
                 self.next = max(self.next, begin + 1)
                 self._skip_line()

@@ -8,18 +8,20 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from virtualrobot import Client
+from virtualrobot import Client, Robot
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.sensors.range_sensors import RangeReading
 
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.navigator import Observation
-from virtualrobot_apps.seeing.navigation.poses import between, planar
+from virtualrobot_apps.seeing.navigation.poses import Floats, between, planar
 from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
 PERIOD = 0.05
 """Time (s) from one command to the next."""
+SHARE = 0.95
+"""Part of the drives' greatest speeds that is used."""
 
 
 class Vehicle:
@@ -42,6 +44,7 @@ class Vehicle:
             UnknownNameError: for a robot or sensor that is not there.
             InvalidArgumentError: for a sensor of another kind.
             WrongStateError: for a robot that is no craft.
+            InvalidArgumentError: for one that can't turn on the spot.
         """
         self.name, self.lidar, self.encoders = name, lidar, encoders
         robot = client.robots[name]
@@ -64,9 +67,16 @@ class Vehicle:
             for one, half in sonars.items()
         }
         self.footprint = _footprint(client, name, world_t_base)
+        self._per_twist, self._fastest = _drives(robot)
         self._track = OdometryTrack()
         self._maker = ScanMaker(mount, _reach(client, lidar))
         self._number = -1
+
+    def drivable(self, v: float, w: float) -> tuple[float, float]:
+        """Return a twist, v (m/s) and omega (rad/s), on the same arc, slow enough for each drive."""
+        speeds = np.abs(np.array([v, w]) @ self._per_twist)
+        scale = min(1.0, SHARE / max(1e-9, float((speeds / self._fastest).max(initial=0.0))))
+        return v * scale, w * scale
 
     def observe(self, now: float, readings: Mapping[str, Any]) -> Observation:
         """Return what is seen at a time (s), from readings of the sensors by name."""
@@ -117,7 +127,8 @@ class Drive:
         self._periods += 1
         # A period need not be whole ticks: what it leaves over is made up for by the next one.
         due = self._start + round(self._periods * PERIOD / self._tick_seconds)
-        told = {name: (v, 0.0, w) for name, (v, w) in twists.items()}
+        slowed = {one.name: one.drivable(*twists[one.name]) for one in self.vehicles if one.name in twists}
+        told = {name: (v, 0.0, w) for name, (v, w) in slowed.items()}
         seen = self.client.clock.step(due - self._tick, twists=told, sensors=self._sensors, points=True, frame="sensor")
         self._tick, now = seen.stamp.tick, seen.stamp.simulation_time
         return {one.name: one.observe(now, seen.readings) for one in self.vehicles}
@@ -134,6 +145,17 @@ def sensors_of(client: Client, name: str) -> tuple[str, str]:
             )
         found[word] = own[0]
     return found["lidar"], found["encoders"]
+
+
+def _drives(robot: Robot) -> tuple[Floats, Floats]:
+    """Return how far drives turn for a meter ahead and for a radian on the spot (2, k), and how fast they can (k,)."""
+    rows, names = list[Floats](), ()
+    for part in ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]):
+        way = robot.way([part])
+        plan, names = way.plan(sample_time=1.0).robots[robot.name], way.joint_names
+        columns = [plan.joint_names.index(name) for name in names]
+        rows.append(plan.positions[-1, columns] - plan.positions[0, columns])
+    return np.array(rows), np.array([robot.limits[name].velocity for name in names])
 
 
 def _nearest(reading: RangeReading) -> float:

@@ -39,9 +39,14 @@ def to_cbor(value: object) -> bytes:
     Raises:
         TypeError: for what has no form there, an integer of more than 64 bits among it.
     """
+    return b"".join(cbor_parts(value))
+
+
+def cbor_parts(value: object) -> list[Any]:
+    """Return bytes and arrays that are a value in CBOR one behind the other; raises as `to_cbor` does."""
     parts: list[Any] = []
     _put(value, parts.append)
-    return b"".join(parts)
+    return parts
 
 
 @cache

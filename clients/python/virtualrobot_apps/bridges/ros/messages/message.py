@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
-from virtualrobot_apps.bridges.ros.messages.cbor import to_cbor
+from virtualrobot_apps.bridges.ros.messages.cbor import cbor_parts
 from virtualrobot_apps.bridges.ros.messages.json_text import to_json
 from virtualrobot_apps.bridges.ros.messages.types import STORE
 
@@ -52,9 +53,9 @@ class Message:
         return to_json(self.value, null=False)
 
     @cached_property
-    def cbor(self) -> bytes:
-        """Its bytes in CBOR, with typed arrays."""
-        return to_cbor(self.value)
+    def cbor_parts(self) -> list[Any]:
+        """Its bytes in CBOR, with typed arrays: parts, since what is large is copied where they are joined."""
+        return cbor_parts(self.value)
 
     @property
     def size(self) -> int:

@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 
 from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
-from virtualrobot_apps.bridges.ros.rosbridge.session import Session, Socket
+from virtualrobot_apps.bridges.ros.rosbridge.session import Session
 from virtualrobot_apps.bridges.ros.rosbridge.subscription import Subscription
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES
 from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
@@ -92,7 +92,7 @@ class _Link(Session):
 
     subscription = _Told
 
-    def __init__(self, hub: Hub, socket: Socket, say: Callable[[str], None]) -> None:
+    def __init__(self, hub: Hub, socket: ClientConnection, say: Callable[[str], None]) -> None:
         """Carry nothing yet."""
         super().__init__(hub, socket)
         self._say = say

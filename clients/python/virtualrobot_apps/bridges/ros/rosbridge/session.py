@@ -7,9 +7,12 @@ import hmac
 import json
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any
+
+from websockets.asyncio.connection import Connection, broadcast
+from websockets.protocol import State
 
 from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, time_of
@@ -21,22 +24,8 @@ from virtualrobot_apps.bridges.ros.rosbridge.wire import Fragments, decoded, fra
 
 LEVELS = {"none": 0, "error": 1, "warning": 2, "info": 3}
 MOST_REPLIES, MOST_TASKS, MOST_SUBSCRIPTIONS = 1000, 64, 1000
-
-
-class Socket(Protocol):
-    """A connection, as far as a session needs it."""
-
-    async def send(self, message: str | bytes, /) -> None:
-        """Send a message; wait while the other side is slow."""
-        ...
-
-    async def close(self, code: int = 1000, reason: str = "") -> None:
-        """Close it."""
-        ...
-
-    def __aiter__(self) -> AsyncIterator[str | bytes]:
-        """Yield messages until it is closed."""
-        ...
+SMALL_BYTES = 16_384
+"""Messages up to this size go out as they come, where nothing else waits."""
 
 
 class Session:
@@ -45,7 +34,7 @@ class Session:
     subscription = Subscription
     """Class of its subscriptions."""
 
-    def __init__(self, hub: Hub, socket: Socket, token: str = "") -> None:
+    def __init__(self, hub: Hub, socket: Connection, token: str = "") -> None:
         """Serve a client; one that has to say the token first does so by the operation `auth`."""
         self.hub, self._socket, self._token = hub, socket, token
         self._level = LEVELS["error"]
@@ -53,7 +42,7 @@ class Session:
         self._advertised: set[str] = set()
         self._fragments = Fragments()
         self._replies: deque[str | bytes] = deque()
-        self._ready = asyncio.Event()
+        self._ready, self._is_idle = asyncio.Event(), False
         self._tasks: set[asyncio.Task[None]] = set()
         self._calls = Calls(self)
         self._too_slow = False
@@ -155,7 +144,7 @@ class Session:
             raise HubError(f"{MOST_SUBSCRIPTIONS} subscriptions of this client are open already")
         if not op.get("type") and name not in self.hub.topics:
             raise HubError(f"there is no topic {name}; with a 'type' it is waited for")
-        one = self.subscription(name, op, self._ready.set)
+        one = self.subscription(name, op, self._come)
         topic = self.hub.shared(name, known(op["type"]) if op.get("type") else self.hub.topics[name].type)
         self._subscriptions[key] = one
         one.end = self.hub.read(topic, one.take)
@@ -213,6 +202,16 @@ class Session:
                 message.header.stamp = time_of(self.hub.now)
         return message
 
+    def _come(self, one: Subscription) -> None:
+        """Let what has come for a subscription go: at once where nothing else waits, else when it is its turn."""
+        if not (self._is_idle and self._socket.state is State.OPEN) or self._ready.is_set():
+            return self._ready.set()
+        is_free = self._socket.transport.get_write_buffer_size() == 0
+        if not (is_free and 0 < one.size <= SMALL_BYTES and one.due(time.monotonic()) == 0.0):
+            return self._ready.set()
+        for data in one.packed():  # waking the sender takes longer than all this
+            broadcast((self._socket,), data)
+
     async def _send(self) -> None:
         while True:
             self._ready.clear()
@@ -229,7 +228,9 @@ class Session:
                     await self._socket.send(data)
                 continue
             if not due:
+                self._is_idle = True
                 await self._ready.wait()
+                self._is_idle = False
                 continue
             with suppress(TimeoutError):
                 async with asyncio.timeout(min(wait for wait, _ in due)):

@@ -20,14 +20,14 @@ BACKLOG_MESSAGES, BACKLOG_BYTES = 100, 1 << 20
 
 
 class Subscription:
-    """Wish of one client for a topic under one id; `ready` is called when something waits.
+    """Wish of one client for a topic under one id; `ready` is called with it when something waits.
 
     Attributes:
         topic: name of the topic.
         size: bytes of the message that was packed last.
     """
 
-    def __init__(self, topic: str, op: Mapping[str, Any], ready: Callable[[], None]) -> None:
+    def __init__(self, topic: str, op: Mapping[str, Any], ready: Callable[[Subscription], None]) -> None:
         """Read what a message `subscribe` asks for; raises HubError for what can't be."""
         self.topic, self._ready = topic, ready
         self._period = number(op, "throttle_rate", 0.0, 3.6e6) / 1000.0
@@ -51,7 +51,7 @@ class Subscription:
             while len(self._waiting) >= most:
                 self._waiting.popleft()
         self._waiting.append(message)
-        self._ready()
+        self._ready(self)
 
     def due(self, now: float) -> float | None:
         """Return the seconds until a message may go, 0 when one may go now; None when none waits."""
@@ -70,7 +70,7 @@ class Subscription:
 
     def _pack(self, message: Message) -> str | bytes:
         if self._packing == "cbor":
-            return self._head + message.cbor  # which is packed once for all
+            return b"".join((self._head, *message.cbor_parts))  # which are made once for all
         if self._packing == "cbor-raw":
             seconds, nanos = divmod(message.time, 1_000_000_000)
             raw = {"secs": seconds, "nsecs": nanos, "bytes": message.cdr}

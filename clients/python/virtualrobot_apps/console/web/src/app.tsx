@@ -1,11 +1,10 @@
 // The page's frame: what is on top, left, in the middle, right, below.
-import { signal } from "@preact/signals";
 import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
 import { helps } from "./kernel/help";
 import { isolate } from "./kernel/isolation";
 import { keyboard } from "./kernel/keyboard";
-import { opened, shownBelow, shownRight, toggle } from "./kernel/shown";
+import { opened, shownBelow, shownLeft, shownRight, toggle } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
 import { WhileConnected } from "./parts/while_connected";
@@ -28,8 +27,6 @@ import { leave } from "./view/aiming";
 import { namesShown } from "./view/names";
 import { tool } from "./view/gizmo";
 
-const left = signal("scene");
-
 const LEFT: readonly Tab[] = [
   { id: "scene", icon: "waypoints", name: "Scene", panel: Tree },
   { id: "library", icon: "library", name: "Library", panel: Library },
@@ -41,15 +38,15 @@ const RIGHT: readonly Tab[] = [
   { id: "properties", icon: "box", name: "Properties", panel: Properties },
 ];
 /** All panels, of which one of a group is shown. */
-const groups = (): Group[] => [{ chosen: left, tabs: LEFT }, { chosen: shownRight, tabs: RIGHT }, { chosen: shownBelow, tabs: toolsBelow() }];
+const groups = (): Group[] => [{ chosen: shownLeft, tabs: LEFT }, { chosen: shownRight, tabs: RIGHT }, { chosen: shownBelow, tabs: toolsBelow() }];
 
 export function App() {
   return (
     <div class="shell">
       <Top />
       <aside class="left" aria-label="Scene">
-        <Tabs label="Left" chosen={left.value} choose={(id) => (left.value = id)} tabs={LEFT} />
-        <WhileConnected><Chosen tabs={LEFT} chosen={left.value} /></WhileConnected>
+        <Tabs label="Left" chosen={shownLeft.value} choose={(id) => (shownLeft.value = id)} tabs={LEFT} />
+        <WhileConnected><Chosen tabs={LEFT} chosen={shownLeft.value} /></WhileConnected>
       </aside>
       <View />
       <aside class="right" aria-label="Robot and properties">
@@ -61,7 +58,7 @@ export function App() {
       <Finder />
       <NodeMenu />
       <WrongNumber />
-      <Help left={left.value} />
+      <Help left={shownLeft.value} />
     </div>
   );
 }

@@ -257,11 +257,6 @@ def _get_jacobian_time_derivative(task: RobotTask, positions: Value, speeds: Val
     return ((after - before) / (2.0 * _STEP)).tolist()
 
 
-@function("zero_ftsensor")
-def _zero_ftsensor(task: RobotTask) -> None:
-    """Takes the forces of now for none; they are 0 all the time, since an emulated arm knows no forces."""
-
-
 @function("get_tcp_force")
 def _get_tcp_force(task: RobotTask) -> list[float]:
     """Force and torque at the tool (N, Nm): 0, since an emulated arm knows no forces."""

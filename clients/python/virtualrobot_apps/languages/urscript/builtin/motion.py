@@ -278,15 +278,19 @@ def _protective_stop(task: RobotTask) -> None:
     task.controller.protective_stop("Protective stop by the program")
 
 
+def _only(name: str, value: Value, taken: float) -> None:
+    """Refuse a value of the force mode, but for the one that ur-rtde's control script begins with, mode or no mode."""
+    if number(value, name) != taken:
+        raise ScriptFault(f"a {name} of {text(value)} can't be used here yet: force mode can't, and {taken:g} is taken")
+
+
 @function("force_mode_set_damping", "damping")
 def _force_mode_set_damping(task: RobotTask, damping: Value) -> None:
-    """Takes the damping of the force mode, 0 to 1; the force mode itself doesn't work yet."""
-    if not 0.0 <= number(damping, "damping") <= 1.0:
-        raise ScriptFault(f"damping is from 0 to 1, not {text(damping)}")
+    """Takes 0.025, with which ur-rtde begins, for the damping of the force mode; others are refused, as the mode is."""
+    _only("damping", damping, 0.025)
 
 
 @function("force_mode_set_gain_scaling", "scaling")
 def _force_mode_set_gain_scaling(task: RobotTask, scaling: Value) -> None:
-    """Takes the gain of the force mode, 0 to 2; the force mode itself doesn't work yet."""
-    if not 0.0 <= number(scaling, "scaling") <= 2.0:
-        raise ScriptFault(f"scaling is from 0 to 2, not {text(scaling)}")
+    """Takes 0.5, with which ur-rtde begins, for the gain of the force mode; others are refused, as the mode is."""
+    _only("scaling", scaling, 0.5)

@@ -96,13 +96,11 @@ def _get_flag(task: RobotTask, place: Value) -> bool:
 
 @function("rtde_set_watchdog", 'variable_name, min_frequency, action="pause"')
 def _rtde_set_watchdog(task: RobotTask, variable: Value, frequency: Value, action: Value) -> None:
-    """Stops the script where clients set an input less often; a frequency (Hz) of 0 watches nothing."""
+    """Stops or pauses the script where clients set an input less often; a frequency (Hz) of 0 watches nothing."""
     name, often, what = string(variable, "variable_name"), number(frequency, "min_frequency"), string(action, "action")
     if not (name in INPUTS or (REGISTER.match(name) and name.startswith("input"))):
         raise ScriptFault(f"there is no input {name!r} of RTDE")
     if what not in ("ignore", "pause", "stop"):
         raise ScriptFault(f"action is 'ignore', 'pause' or 'stop', not {what!r}")
-    if what == "pause":
-        raise ScriptFault("the action 'pause' of a watchdog can't be used here yet; 'stop' can")
-    watched = what == "stop" and often > 0.0
-    task.controller.watch(name, max(1, round(task.controller.rate / often)) if watched else 0)
+    watched = what != "ignore" and often > 0.0
+    task.controller.watch(name, max(1, round(task.controller.rate / often)) if watched else 0, what == "pause")

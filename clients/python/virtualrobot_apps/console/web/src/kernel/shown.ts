@@ -3,6 +3,9 @@ import { signal } from "@preact/signals";
 
 export const shownBelow = signal("plot");
 
+/** Which panel is shown on the left. */
+export const shownLeft = signal("scene");
+
 /** Which panel is shown on the right. */
 export const shownRight = signal("pendant");
 

@@ -8,9 +8,9 @@ import { isolated } from "../kernel/isolation";
 import { download, placing } from "../kernel/loader";
 import { otherMover } from "../kernel/own_motions";
 import { isOutdated } from "../kernel/served_page";
-import { opened, toggle } from "../kernel/shown";
+import { opened, shownLeft, toggle } from "../kernel/shown";
 import { isTraced, trace, untrace } from "../kernel/traces";
-import { chosen, connection, states, trouble } from "../kernel/world";
+import { chosen, connection, items, states, trouble } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
@@ -47,6 +47,7 @@ export function View() {
       <Robot />
       <CameraInset />
       <Cover />
+      <Empty />
       <Moved />
       <Alone />
       <InRoom />
@@ -140,6 +141,22 @@ function Robot() {
 
 function Fact({ name, children }: { name: string; children: ComponentChildren }) {
   return <div class="fact"><b>{name}</b>{children}</div>;
+}
+
+/** Says how a cell begins, where there is none yet. */
+function Empty() {
+  if (connection.value !== "connected" || items.value.size !== 1 || placing.value) return null;
+  const show = () => {
+    shownLeft.value = "library";
+    document.querySelector(".left")?.scrollIntoView({ block: "nearest" });
+  };
+  return (
+    <div class="empty">
+      <h2>Nothing is here yet</h2>
+      <p class="muted">Take a robot from the library, open a scene, or drop files of models here.</p>
+      <button type="button" class="button primary" onClick={show}><Icon name="library" size={15} />Show the library</button>
+    </div>
+  );
 }
 
 /** Says where a node would be that is dragged, and at whose face, or how large. */

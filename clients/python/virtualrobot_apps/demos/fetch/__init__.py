@@ -1,0 +1,1 @@
+"""A mobile manipulator fetches from a shelf what it sees there. `virtualrobot demo fetch` runs it."""
