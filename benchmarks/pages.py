@@ -152,25 +152,25 @@ def presses() -> list[Row]:
         page.goto(console.url + PLAIN)
         page.locator('.node[data-name="iiwa"]').click()
         page.evaluate(NOTE)
-        taken = sorted(pressed(page, client) for _ in range(PRESSES))
+        robot = Robot(client)
+        try:
+            taken = sorted(pressed(page, client, robot) for _ in range(PRESSES))
+        finally:
+            robot.end()
     note = f"{PRESSES} presses; median {taken[PRESSES // 2]:.0f} ms; load {os.getloadavg()[0]:.0f}"
     late = taken[math.ceil(0.95 * PRESSES) - 1]
     return [row("a jog: from the press to the first tick that moves, 95 of 100", late, 60.0, "budget", "ms", 1.0, note)]
 
 
-def pressed(page: Page, client: virtualrobot.Client) -> float:
+def pressed(page: Page, client: virtualrobot.Client, robot: Robot) -> float:
     """Return how long (ms) after the press of a jog's button its joint moves."""
     client.robots["iiwa"].set_positions([0.0] * 7)  # far from the joint's limit
-    robot = Robot(client)
-    try:
-        hold(page, LABEL)
-        pumped(page, lambda: robot.moves)
-        at = page.evaluate("window.pressedAt")
-        page.mouse.up()
-        pumped(page, lambda: not robot.moves and not client.motions())
-        return 1e3 * (robot.moves_since - time.monotonic() + time.time()) - at
-    finally:
-        robot.end()
+    hold(page, LABEL)
+    pumped(page, lambda: robot.moves)
+    at = page.evaluate("window.pressedAt")
+    page.mouse.up()
+    pumped(page, lambda: not robot.moves and not client.motions())
+    return 1e3 * (robot.moves_since - time.monotonic() + time.time()) - at
 
 
 def run() -> list[Row]:

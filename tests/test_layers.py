@@ -133,6 +133,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         f"{APPS}/bridges/ros/{name}": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
             "bag.py": ("rosbags", "click"),
+            "recorder.py": ("rosbags",),
+            "player.py": ("rosbags",),
             "messages/types.py": ("rosbags", "yaml"),
             "messages/ros1.py": ("rosbags",),
             "mapping/sensors.py": ("PIL",),
@@ -145,6 +147,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/client.py": ("websockets",),
             "rosbridge/server.py": ("websockets",),
+            "rosbridge/session.py": ("websockets",),
         }.items()
     },
     # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed; one that controls is a program.

@@ -150,7 +150,7 @@ def test_variables_are_shown_and_edited(editor: Editor, file: Path) -> None:
         (scopes["Script"], "i", "sleep(1)", "'sleep' takes time"),
         (scopes["Script"], "i", "slep(1)", "there is no function 'slep'"),
         (scopes["Script"], "i", "1 1", "the end of the expression is expected here"),
-        (scopes["Script"], "i", "(" * 99, "more than 50 things are within each other"),
+        (scopes["Script"], "i", "(" * 99, "this is nested deeper than 90 levels"),
     ]:
         with pytest.raises(Failed, match=re.escape(told)):
             change(number, name, value)

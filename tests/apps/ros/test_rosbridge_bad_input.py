@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 import random
 import struct
 import time
@@ -176,6 +177,12 @@ def test_what_is_asked_wrongly_is_refused_in_words(url: str) -> None:
             say(one, op="call_service", service=service, args={"x": 1}, id="called")
             told = answer(one, op="service_response")
             assert told["result"] is False and words in told["values"] and told["id"] == "called"
+        say(one, op="call_service", service=math.nan, id="no name")
+        told = answer(one, op="service_response", id="no name")
+        assert (told["result"], told["values"]) == (False, "'call_service' needs the text 'service'")
+        say(one, op="send_action_goal", action=math.inf, id="no name")
+        told = answer(one, op="action_result", id="no name")
+        assert (told["result"], told["values"]) == (False, "'send_action_goal' needs the text 'action'")
         say(one, op="send_action_goal", action="/none", id="goal")
         told = answer(one, op="action_result")
         assert (told["result"], told["values"]) == (False, "there is no action '/none'")

@@ -15,7 +15,7 @@ from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.words import Failed
 from virtualrobot_apps.languages.urscript import tree
 from virtualrobot_apps.languages.urscript.check import statements_of
-from virtualrobot_apps.languages.urscript.expressions import ExpressionParser, TooDeep
+from virtualrobot_apps.languages.urscript.expressions import ExpressionParser
 from virtualrobot_apps.languages.urscript.faults import ScriptFault, ScriptHalted
 from virtualrobot_apps.languages.urscript.generate import MAIN, Generator
 from virtualrobot_apps.languages.urscript.robot import RobotTask
@@ -155,7 +155,7 @@ class DebuggedScript(Debugger, RobotTask):
             node = parser.expression()
             if parser.kind != "newline":
                 parser.fail("the end of the expression")
-        except (Failed, TooDeep, RecursionError):
+        except Failed:
             node = tree.Truth(0, False)
         if len(diagnostics):
             raise WrongExpression(diagnostics.sorted()[0].message)

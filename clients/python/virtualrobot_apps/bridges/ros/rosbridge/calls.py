@@ -65,7 +65,7 @@ class Calls:
         self._session.start(self._call(op, fragment, timeout))
 
     async def _call(self, op: dict[str, Any], fragment: int, timeout: float | None) -> None:
-        head = {"op": "service_response", "service": op.get("service"), **_number_of(op)}
+        head = {"op": "service_response", "service": _named(op, "service"), **_number_of(op)}
         try:
             service = self._hub.services.get(slashed(text(op, "service")))
             if service is None:
@@ -87,7 +87,7 @@ class Calls:
         self._session.start(self._goal(op, name))
 
     async def _goal(self, op: dict[str, Any], name: str) -> None:
-        head = {"op": "action_result", "action": op.get("action"), "id": name}
+        head = {"op": "action_result", "action": _named(op, "action"), "id": name}
         cancel = self._goals[name] = asyncio.Event()
         try:
             action = self._hub.actions.get(slashed(text(op, "action")))
@@ -207,6 +207,11 @@ def text(op: dict[str, Any], key: str) -> str:
 def slashed(name: str) -> str:
     """Return a name with the slash in front that some clients leave out."""
     return "/" + name.removeprefix("/")
+
+
+def _named(op: dict[str, Any], key: str) -> str | None:
+    """Return a text of a message as it goes back in an answer; None where it is none, such as a NaN."""
+    return value if isinstance(value := op.get(key), str) else None
 
 
 def _number_of(op: dict[str, Any]) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import { AnswerQueue } from "./answer_queue";
 const BEGIN = 0, MESSAGE = 1, END = 2, CANCEL = 3;
 const HEAD_BYTES = 5;
 const LOOK_MS = 1000;
-/** Looks without a word from the console after which it is asked for one, and after which it is gone. */
-const QUIET_LOOKS = 3, MOST_LOOKS = 10;
+/** Looks without a word from the console after which it is asked for one, and after which it is gone: a large answer on a slow network takes a while. */
+const QUIET_LOOKS = 3, MOST_LOOKS = 20;
 const TEXT = { written: new TextEncoder(), read: new TextDecoder() };
 const NOTHING = new Uint8Array();
 
