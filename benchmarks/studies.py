@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from loky import ProcessPoolExecutor
 from virtualrobot_apps.studies.engines import Engine, Here, Local
+from virtualrobot_apps.studies.ray_engine import Ray
 from virtualrobot_apps.studies.reach import orientations
 from virtualrobot_apps.studies.running import open_job
 from virtualrobot_apps.studies.running import run as run_job
@@ -20,7 +23,7 @@ from virtualrobot_apps.studies.worlds import open_world
 from benchmarks.rows import Row, row
 
 WORKERS, ROUNDS = 2, 3
-CELLS, BLOCK, CELL_SECONDS = 1000, 50, 0.01
+CELLS, LONG, BLOCK, CELL_SECONDS = 1000, 3000, 50, 0.01
 EMPTY_CELLS = 20_000
 POSES, TARGETS, PLACES = 1000, 12, 50
 FURNITURE = """
@@ -78,11 +81,14 @@ def run() -> list[Row]:
     for _ in range(ROUNDS):
         bare.append(_bare())
         ours.append(_study("spun", CELLS, BLOCK, Local(WORKERS)))
+    ray, loky = _clustered()
     each = 1e3 * _study("empty", EMPTY_CELLS, 1000, Here()) / EMPTY_CELLS
     what = f"{CELLS} cells of 10 ms by {WORKERS} workers, which start for it"
     return [
         # At least 0.9 of what the pool does.
         row(what, float(np.median(ours)), float(np.median(bare)), "bare pool of loky", "s", 1.0 / 0.9),
+        # At least 0.85 of what loky does, which starts its workers within it too.
+        row(f"{LONG} of them by a Ray cluster of two nodes of a core", ray, loky, "loky", "s", 1.0 / 0.85),
         row("a cell beside its function, two parameters drawn", each, 1.0, "1 ms", "ms", 1.0),
         *_asked("by its DH table, alone", TABLE, "", 0),
         *_asked("by its DH table, among 50 meshes", TABLE, "", 50),
@@ -163,6 +169,27 @@ def _bare() -> float:
     with ProcessPoolExecutor(WORKERS) as pool:
         wait([pool.submit(_block, BLOCK) for _ in range(CELLS // BLOCK)])
         return time.perf_counter() - start
+
+
+def _clustered() -> tuple[float, float]:
+    """Return the times (s) that a Ray cluster of two nodes, which runs already, and workers here take: medians."""
+    import ray
+    from ray.cluster_utils import Cluster
+
+    # Ray has its workers give way to all else: beside other work they would hardly run.
+    os.environ |= {"RAY_worker_niceness": "0", "RAY_USAGE_STATS_ENABLED": "0", "PYTHONPATH": os.getcwd()}
+    cluster: Any = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    try:
+        cluster.add_node(num_cpus=1)
+        pairs = [
+            (_study("spun", LONG, BLOCK, Ray(cluster.address)), _study("spun", LONG, BLOCK, Local(WORKERS)))
+            for _ in range(ROUNDS)
+        ]
+    finally:
+        ray.shutdown()
+        cluster.shutdown()
+    on_ray, here = np.median(pairs, axis=0).tolist()
+    return on_ray, here
 
 
 def _study(function: str, cells: int, block: int, engine: Engine) -> float:

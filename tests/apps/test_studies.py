@@ -63,6 +63,22 @@ def test_a_worker_loads_what_its_function_needs_and_no_more(tmp_path: Path) -> N
     assert [row["u"] for row in rows] == [one["u"] for one in study.cells.between(0, CELLS)]
 
 
+def test_what_has_done_nothing_may_begin_anew(tmp_path: Path) -> None:
+    """A setup that fails, and is mended: what `run` has made of the folder is no study's."""
+    setup = "def begin(scene):\n    raise OSError('no camera')\n"
+    study = written(tmp_path / "in", STUDY.replace("function: cells:spin", "function: cells:spin\nsetup: cells:begin"))
+    (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup)
+    asked = ["run", str(study.file), "--folder", str(tmp_path / "out"), "--workers", "0"]
+    failed = CliRunner().invoke(command, asked)
+    assert failed.exit_code == 1 and "no camera" in str(failed.exception)
+    (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup.replace("raise", "return"))
+    mended = CliRunner().invoke(command, asked)
+    assert mended.exit_code == 0 and f"{CELLS} of {CELLS} cells, {FAILED} failed" in mended.output
+    # What has done something is kept.
+    again = CliRunner().invoke(command, asked)
+    assert again.exit_code == 1 and "200 of 200 cells already" in str(again.exception)
+
+
 @pytest.mark.parametrize(
     ("values", "kind"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from typing import Any
 import click
 import pytest
 from virtualrobot.errors import WrongStateError
+from virtualrobot_apps.studies import ray_engine
 from virtualrobot_apps.studies.command import _engine
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.ray_engine import Ray
@@ -113,6 +115,7 @@ def imitated(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Imitation]:
     def put(cores: float = 3.0, ends: dict[int, list[BaseException]] | None = None) -> Imitation:
         made = Imitation(cores, ends or {})
         monkeypatch.setitem(sys.modules, "ray", made)
+        monkeypatch.setattr(ray_engine, "knock", lambda address: None)
         return made
 
     return put
@@ -139,6 +142,22 @@ def test_blocks_are_done_whatever_becomes_of_their_tasks(
     assert table.column("y").to_pylist()[16:] == wanted.column("y").to_pylist()[16:]
     row = table.slice(15, 1).to_pylist()[0]
     assert row["status"] == "killed" and "killed its worker 3 times: RayError: the node died" in row["error"]
+
+
+def test_where_nobody_listens_it_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ray itself would try for minutes."""
+    ray = Imitation(3.0, {})
+    monkeypatch.setitem(sys.modules, "ray", ray)
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        port = listening.getsockname()[1]
+        assert Ray(f"127.0.0.1:{port}").workers == 3
+    ray.shutdown()
+    for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):
+        with pytest.raises(WrongStateError, match=f"no Ray cluster answers at {address}: .*refused"):
+            Ray(address)
+    assert not ray.began
 
 
 def test_workers_are_as_many_as_are_asked_for_or_there(imitated: Callable[..., Imitation], tmp_path: Path) -> None:

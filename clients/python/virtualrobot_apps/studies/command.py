@@ -36,7 +36,7 @@ FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), m
 FOLDER = click.option(
     "--folder",
     metavar="FOLDER",
-    help="Where results are [STUDY, beside the file]; 's3://BUCKET/FOLDER' is one in a bucket.",
+    help="Where results are [STUDY, beside the file], such as 's3://BUCKET/FOLDER' of a bucket.",
 )
 WORKERS = click.option(
     "--workers", type=click.IntRange(0, 1024), help="Worker processes [one for each core]; 0 is this process."
@@ -256,7 +256,7 @@ def _engine(workers: int | None, on: str) -> Engine:
 
 def _do(file: Path, folder: str | None, workers: int | None, on: str, resume: bool) -> None:
     study, where = _read(file, folder)
-    from virtualrobot_apps.studies.running import open_job
+    from virtualrobot_apps.studies.running import forget, open_job
     from virtualrobot_apps.studies.running import run as run_job
     from virtualrobot_apps.studies.stores import store_of
 
@@ -265,6 +265,10 @@ def _do(file: Path, folder: str | None, workers: int | None, on: str, resume: bo
         progress = run_job(job, _engine(workers, on), _teller())
     except KeyboardInterrupt:
         click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
+        raise
+    except Exception:
+        if not resume:
+            forget(job)
         raise
     click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {store_of(where).where('cells')}")
     if progress.done < progress.cells:

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from virtualrobot._wire.names import did_you_mean
+from virtualrobot._wire.names import nearest
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 
 _PACKAGES = ("virtualrobot", "numpy", "scipy")
@@ -62,7 +62,7 @@ def load(reference: str, folder: Path) -> Callable[..., Any]:
     function = getattr(module, name, None)
     if function is None:
         there = [one for one, value in vars(module).items() if callable(value) and not one.startswith("_")]
-        raise UnknownNameError(f"{module_name} has no function {name!r}{did_you_mean(name, there)}")
+        raise UnknownNameError(f"{module_name} has no function {name!r}; {nearest(name, there)}")
     if not callable(function):
         raise InvalidArgumentError(f"{reference} is no function but {function!r}")
     return function

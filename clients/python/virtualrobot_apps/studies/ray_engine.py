@@ -8,6 +8,7 @@ from node to node, and what Ray forgets as a node dies is in the folder already.
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,8 @@ OWN = "local"
 """Address of a cluster on this machine that is started for the study, and ends with it."""
 _LOOK_SECONDS = 1.0
 """Time (s) after which it is looked whether nodes have joined."""
+_KNOCK_SECONDS = 10.0
+"""Time (s) in which a cluster's head is to take a connection."""
 
 
 class Ray:
@@ -52,6 +55,7 @@ class Ray:
                 os.environ.update(dict.fromkeys(THREADS, "1"))
                 self._ray.init(address=OWN, num_cpus=workers, include_dashboard=False, log_to_driver=False)
             else:
+                knock(address)
                 self._ray.init(address=address, log_to_driver=False)
         except (OSError, RuntimeError, ValueError) as error:
             raise WrongStateError(f"no Ray cluster answers at {address}: {error}") from error
@@ -102,3 +106,10 @@ class Ray:
         """Return how many tasks the cluster may have: nodes may have joined, or left."""
         self.workers = self._cores()
         return self.workers if self._most is not None else 2 * self.workers
+
+
+def knock(address: str) -> None:
+    """Raise OSError where nobody listens at an address: Ray itself would try for many minutes, and tell each try."""
+    host, found, port = address.removeprefix("ray://").partition(":")
+    if found:
+        socket.create_connection((host, int(port)), timeout=_KNOCK_SECONDS).close()

@@ -8,7 +8,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -135,6 +135,14 @@ def open_job(study: Study, folder: Path | str, resume: bool) -> Job:
     except OSError as error:
         raise WrongStateError(f"{folder} cannot be written: {error.strerror or error}") from error
     return job
+
+
+def forget(job: Job) -> None:
+    """Take back what `open_job` has begun, unless cells are done: what was wrong may be mended, and it begins anew."""
+    parts = Parts(job.folder, job.study)
+    with suppress(OSError):  # which the run has told of
+        if not parts.counts().done:
+            parts.store.remove(STAMP)
 
 
 def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda progress: None) -> Progress:
