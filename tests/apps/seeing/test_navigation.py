@@ -15,10 +15,12 @@ from virtualrobot_apps.seeing.navigation.command import navigate
 from virtualrobot_apps.seeing.navigation.navigator import Goal
 from virtualrobot_apps.seeing.navigation.planning import Costmap, Planner, length
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, planar
-from virtualrobot_apps.seeing.navigation.vehicle import Vehicle, sensors_of
+from virtualrobot_apps.seeing.navigation.vehicle import SHARE, Vehicle, sensors_of
 
 pytestmark = pytest.mark.long
 ROBOT = "ugv"
+LIDAR = virtualrobot.pose(0.3, 0.0, 0.45)
+"""Of a lidar on a Husky's deck."""
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +98,18 @@ def test_the_command_writes_no_map_that_cannot_be(kernel: KernelProcess, tmp_pat
     assert done.exit_code == 2 and "ends in .yaml, not 'floor.png'" in done.output
     done = CliRunner().invoke(navigate, ["go", ROBOT, str(tmp_path / "none.yaml"), "--to", "1", "0", *address])
     assert done.exit_code and "there is no map" in str(done.exception)
+
+
+def test_twists_are_as_slow_as_the_drives_of_a_vehicle(client: virtualrobot.Client) -> None:
+    """By the sizes and the slip of a Husky a wheel turns by (v + omega slip track / 2) / radius; the arc stays."""
+    floors.build(client, floors.floor(1))
+    husky = client.load_robot("model://husky", name="husky", base="planar", pose=virtualrobot.pose(*floors.START[:2]))
+    base = "husky.base_footprint"
+    client.scene.add_range_sensor("husky.lidar", virtualrobot.range_sensor("LDS-01"), parent=base, pose=LIDAR)
+    client.scene.add_motion_sensor("husky.encoders", virtualrobot.encoders(), parent="husky")
+    vehicle = Vehicle(client, "husky", *sensors_of(client, "husky"))
+    assert vehicle.drivable(0.2, 0.0) == (0.2, 0.0)
+    v, w = vehicle.drivable(0.5, -1.0)
+    assert w / v == pytest.approx(-2.0)
+    wheel = (v + abs(w) * 1.875 * 0.5708 / 2.0) / 0.17775
+    assert wheel == pytest.approx(SHARE * husky.limits["front_left_wheel"].velocity)
