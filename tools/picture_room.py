@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps import console
 
@@ -24,8 +24,8 @@ HEADSET = """;
 window.headset = new IWER.XRDevice(IWER.metaQuest3);
 headset.stereoEnabled = false;
 headset.installRuntime({ forceInstall: true });
-headset.position.set(-0.35, 1.45, 0.15);
-headset.quaternion.set(-0.06, -0.14, 0, 0.988);
+headset.position.set(0.15, 1.45, -0.3);
+headset.quaternion.set(-0.16, -0.1, 0, 0.98);
 """
 SIZE = 1200, 750
 HERE, GOAL = (-0.6, 0.5, 0.0, -1.2, 0.0, 0.9, 0.0), (0.9, 0.7, 0.0, -0.9, 0.0, 1.2, 0.0)
@@ -48,6 +48,7 @@ def main(folder: Path, quality: str) -> None:
         with opened_page(browser, kernel.address, "dark", quality, SIZE) as page:
             page.get_by_role("tab", name="Proposals").click()
             page.get_by_label("Look at to the press").click()
+            page.get_by_title("Look at everything").click()
             _save(page, folder / "room-page.png")
             page.add_init_script(IWER.read_text("utf-8") + HEADSET)
             page.reload()
@@ -55,12 +56,13 @@ def main(folder: Path, quality: str) -> None:
             page.get_by_role("toolbar", name="View").get_by_title(re.compile("^Virtual reality")).click()
             expect(page.locator("#room")).to_contain_text(re.compile("Hold to run.*to the press"), timeout=120_000)
             page.evaluate("new Promise((go) => headset.activeSession.requestAnimationFrame(go))")
-            _save(page, folder / "room-headset.png")
+            _save(page.locator("[data-webxr_runtime] canvas").last, folder / "room-headset.png")
 
 
-def _save(page: Page, file: Path) -> None:
+def _save(seen: Page | Locator, file: Path) -> None:
+    page = seen if isinstance(seen, Page) else seen.page
     page.wait_for_timeout(3000.0)  # ghosts come one after the other
-    page.screenshot(path=file)
+    seen.screenshot(path=file)
     click.echo(f"{file}: {file.stat().st_size // 1024} kB")
 
 
