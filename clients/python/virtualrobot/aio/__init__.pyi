@@ -685,6 +685,8 @@ class SetpointStream(Face):
         """State of the joints, as it was last told: at most 60 times a second."""
     def send(self, setpoint: Setpoint, *, wait: bool = ...) -> Order[None]:
         """Send a setpoint: radians or meters, or per second; one that has not left yet is replaced."""
+    def check(self) -> Order[None]:
+        """Raise what `send` would raise of the setpoints so far; nothing while all is well."""
     def close(self, timeout: float | None = ...) -> Order[None]:
         """End the stream well and wait until the joints rest, for at most `timeout` seconds; raises as `send` does."""
     def cancel(self, reason: str = ...) -> Order[None]:
@@ -1588,6 +1590,8 @@ class Publisher(Face):
     stream: Stream
     def send(self, value: GivenValue | Mapping[str, float] | ArrayLike) -> Order[None]:
         """Publish a value: of a signal its value, else numbers in the order of the joints, or by name."""
+    def check(self) -> Order[None]:
+        """Raise why a robot follows no more, such as a value that was refused; nothing while all is well."""
     def close(self) -> Order[None]:
         """Let a robot come to rest."""
     async def __aenter__(self) -> Publisher: ...
