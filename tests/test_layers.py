@@ -147,7 +147,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/client.py": ("websockets",),
             "rosbridge/server.py": ("websockets",),
-            "rosbridge/session.py": ("websockets",),
+            "rosbridge/connections.py": ("websockets",),
         }.items()
     },
     # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed; one that controls is a program.

@@ -23,6 +23,7 @@ Examples:
   virtualrobot ros bridge.yaml --no-auto
   virtualrobot ros --map floor.yaml
   virtualrobot ros --server ws://192.168.0.5:9090
+  virtualrobot ros --lines 9091
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
   virtualrobot ros --zenoh --domain 7
@@ -39,6 +40,12 @@ Examples:
 @click.option("--bare-links", is_flag=True, help="Call links as in the URDF: link_1 in place of arm/link_1.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Where rosbridge serves.")
 @click.option("--port", default=9090, show_default=True, type=click.IntRange(0, 65535), help="Its port; 0 is any.")
+@click.option(
+    "--lines",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Serve the same there, too, as lines of JSON by plain TCP.",
+)
 @click.option("--origin", "origins", multiple=True, help="Pages of this origin may connect, too; may be given again.")
 @click.option(
     "--client-token-file",
@@ -141,6 +148,7 @@ def ros(
     bare_links: bool,
     host: str,
     port: int,
+    lines: int | None,
     origins: tuple[str, ...],
     client_token: Path | None,
     no_client_token: bool,
@@ -194,6 +202,10 @@ def ros(
     choice = read_choice(mapping, auto=auto) if mapping else Choice(auto)
     token = _token(client_token) if client_token else ""
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
+    if lines is not None:
+        from virtualrobot_apps.bridges.ros.rosbridge.lines import LineServer
+
+        transports.append(LineServer(host, lines, token=token))
     if dds:
         transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
     if zenoh:

@@ -19,6 +19,7 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 
 from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
+from virtualrobot_apps.bridges.ros.rosbridge.connections import WebSocketConnection
 from virtualrobot_apps.bridges.ros.rosbridge.session import Session
 from virtualrobot_apps.bridges.ros.rosbridge.subscription import Subscription
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES
@@ -94,7 +95,7 @@ class _Link(Session):
 
     def __init__(self, hub: Hub, socket: ClientConnection, say: Callable[[str], None]) -> None:
         """Carry nothing yet."""
-        super().__init__(hub, socket)
+        super().__init__(hub, WebSocketConnection(socket))
         self._say = say
         self._said: set[str] = set()
         self._carried: set[tuple[type, str]] = set()

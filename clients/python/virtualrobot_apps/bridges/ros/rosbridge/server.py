@@ -13,6 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from virtualrobot_apps.bridges.ros.hub import Hub
+from virtualrobot_apps.bridges.ros.rosbridge.connections import WebSocketConnection
 from virtualrobot_apps.bridges.ros.rosbridge.session import Session
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES
 from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
@@ -84,7 +85,7 @@ class RosbridgeServer(Transport):
         request = connection.request
         known = bool(self._token) and request is not None and bool(_token_of(request))
         try:
-            await Session(self._hub, connection, "" if known else self._token).run()
+            await Session(self._hub, WebSocketConnection(connection), "" if known else self._token).run()
         except ConnectionClosed:
             pass  # however it has ended, the session is over
 

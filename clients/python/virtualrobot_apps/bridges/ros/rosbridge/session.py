@@ -11,14 +11,12 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-from websockets.asyncio.connection import Connection, broadcast
-from websockets.protocol import State
-
 from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, time_of
 from virtualrobot_apps.bridges.ros.messages.types import UnknownTypeError, fields, known
 from virtualrobot_apps.bridges.ros.messages.values import FieldError, from_plain
 from virtualrobot_apps.bridges.ros.rosbridge.calls import Calls, text
+from virtualrobot_apps.bridges.ros.rosbridge.connections import Connection
 from virtualrobot_apps.bridges.ros.rosbridge.subscription import Subscription
 from virtualrobot_apps.bridges.ros.rosbridge.wire import Fragments, decoded, fragments, text_of_png
 
@@ -34,9 +32,9 @@ class Session:
     subscription = Subscription
     """Class of its subscriptions."""
 
-    def __init__(self, hub: Hub, socket: Connection, token: str = "") -> None:
+    def __init__(self, hub: Hub, connection: Connection, token: str = "") -> None:
         """Serve a client; one that has to say the token first does so by the operation `auth`."""
-        self.hub, self._socket, self._token = hub, socket, token
+        self.hub, self._connection, self._token = hub, connection, token
         self._level = LEVELS["error"]
         self._subscriptions: dict[tuple[str, str], Subscription] = {}
         self._advertised: set[str] = set()
@@ -64,7 +62,7 @@ class Session:
         """Serve until the connection ends."""
         sender = asyncio.create_task(self._send())
         try:
-            async for data in self._socket:
+            async for data in self._connection:
                 self.receive(data)
         finally:
             sender.cancel()
@@ -204,28 +202,27 @@ class Session:
 
     def _come(self, one: Subscription) -> None:
         """Let what has come for a subscription go: at once where nothing else waits, else when it is its turn."""
-        if not (self._is_idle and self._socket.state is State.OPEN) or self._ready.is_set():
+        if not self._is_idle or self._ready.is_set() or not self._connection.is_free:
             return self._ready.set()
-        is_free = self._socket.transport.get_write_buffer_size() == 0
-        if not (is_free and 0 < one.size <= SMALL_BYTES and one.due(time.monotonic()) == 0.0):
+        if not (0 < one.size <= SMALL_BYTES and one.due(time.monotonic()) == 0.0):
             return self._ready.set()
         for data in one.packed():  # waking the sender takes longer than all this
-            broadcast((self._socket,), data)
+            self._connection.put(data)
 
     async def _send(self) -> None:
         while True:
             self._ready.clear()
             if self._too_slow:
-                return await self._socket.close(1008, "too many answers were not read")
+                return await self._connection.close(1008, "too many answers were not read")
             if self._replies:
-                await self._socket.send(self._replies.popleft())
+                await self._connection.send(self._replies.popleft())
                 continue
             now = time.monotonic()
             due = [(wait, one) for one in self._subscriptions.values() if (wait := one.due(now)) is not None]
             # What is small goes first: clock, joints and frames never wait behind pictures.
             if at_once := [one for wait, one in due if wait == 0.0]:
                 for data in min(at_once, key=lambda one: one.size).packed():
-                    await self._socket.send(data)
+                    await self._connection.send(data)
                 continue
             if not due:
                 self._is_idle = True
