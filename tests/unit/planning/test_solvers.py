@@ -44,6 +44,9 @@ class Instance:
         self.closed = threading.Event()
         self.before: Callable[[], object] = lambda: None
 
+    def has(self, method: str) -> bool:
+        return self.component.has(method)
+
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
         self.before()
         assert not self.closed.is_set(), "it is asked after its end"
