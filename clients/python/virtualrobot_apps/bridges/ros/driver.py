@@ -184,7 +184,8 @@ class RosTrajectory(Driver):
 
     def close(self) -> None:
         """Close the connection."""
-        opened, self._socket = self._socket, None
+        with self._changed:
+            opened, self._socket, self._newest = self._socket, None, None
         if opened is not None:
             opened.close()
 
@@ -267,7 +268,7 @@ class RosTrajectory(Driver):
         except (OSError, WebSocketException) as error:
             words = f"the connection to {self._settings.url} is lost: {error}"
         with self._changed:
-            if self._socket in (None, opened):  # not one that was opened since
+            if self._socket is opened:  # neither closed here nor opened anew since
                 self._lost = words
                 self._changed.notify_all()
 
