@@ -1,4 +1,4 @@
-"""What carries the messages of a client of rosbridge, both ways: an interface, and WebSocket."""
+"""Connections that carry the messages of a client of rosbridge, both ways: an interface, and WebSocket."""
 
 from __future__ import annotations
 
