@@ -19,7 +19,7 @@ class Connection(Protocol):
 
     @property
     def is_free(self) -> bool:
-        """Whether all that was sent has left."""
+        """True where all that was sent has left."""
         ...
 
     def put(self, data: str | bytes, /) -> None:
@@ -49,7 +49,7 @@ class WebSocketConnection:
 
     @property
     def is_free(self) -> bool:
-        """Whether it is open, and all that was sent has left."""
+        """True where it is open and all that was sent has left."""
         return self._socket.state is State.OPEN and self._socket.transport.get_write_buffer_size() == 0
 
     def put(self, data: str | bytes, /) -> None:
