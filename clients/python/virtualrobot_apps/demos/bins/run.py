@@ -22,8 +22,8 @@ SPACING, BELT_SPEED = 0.12, 0.4
 """Way (m) from one box on the belt to the next, and speed of the belt (m/s)."""
 CLEAR, DROP = 0.16, 0.07
 """Heights (m) over a grasp at which boxes pass the walls, and over the bin's bottom at which they are let go."""
-SETTLING = 250
-"""Ticks after the last box has fallen."""
+SETTLING = 750
+"""Ticks after the last box has fallen: those that lie above the rim at first slide down."""
 CLOSED = 0.006
 """Width (m) to which fingers close, and by how much more they are apart where something is between them."""
 PUSHED = 0.004
