@@ -1,4 +1,4 @@
-"""What pages of the console cost: the servers behind them, their first picture, and from a press to a joint that moves.
+"""Costs of the console's pages: the servers behind them, their first picture, and from a press to a joint that moves.
 
 Fifty arms move on their paths. Each page holds the two watches that have most to tell, of the scene and of the robots'
 states, at 30 Hz, as the real one does: a process of its own reads them and draws nothing, so that the kernel and the

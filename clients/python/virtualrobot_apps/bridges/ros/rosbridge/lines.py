@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any
 
@@ -12,7 +11,7 @@ from virtualrobot_apps.bridges.ros.hub import Hub, HubError
 from virtualrobot_apps.bridges.ros.rosbridge.session import Session
 from virtualrobot_apps.bridges.ros.rosbridge.subscription import Subscription
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES
-from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
+from virtualrobot_apps.bridges.ros.transport import Transport, in_address, no_server
 
 TEXTS = ("none", "png")
 
@@ -38,10 +37,8 @@ class LineServer(Transport):
         try:
             self._server = await asyncio.start_server(handle, self._host, self._port, limit=MOST_BYTES)
         except OSError as error:
-            words = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
-            raise TransportError(f"lines can't be served at {self._host}:{self._port}: {words}") from error
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        self.url = f"tcp://{host}:{self._server.sockets[0].getsockname()[1]}"
+            raise no_server("lines can't be served", self._host, self._port, error) from error
+        self.url = f"tcp://{in_address(self._host)}:{self._server.sockets[0].getsockname()[1]}"
         return f"rosbridge by lines at {self.url}"
 
     async def close(self) -> None:

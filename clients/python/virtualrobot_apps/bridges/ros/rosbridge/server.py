@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hmac
-import os
 from collections.abc import Sequence
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
@@ -16,7 +15,7 @@ from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.connections import WebSocketConnection
 from virtualrobot_apps.bridges.ros.rosbridge.session import Session
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES
-from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
+from virtualrobot_apps.bridges.ros.transport import Transport, in_address, no_server
 
 PORT = 9090
 """The port that clients of rosbridge take."""
@@ -57,11 +56,8 @@ class RosbridgeServer(Transport):
                 compression=None,
             )
         except OSError as error:
-            # asyncio has words of its own about an address; a name that is none has a number below 0.
-            words = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
-            raise TransportError(f"rosbridge can't serve at {self._host}:{self._port}: {words}") from error
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        self.url = f"ws://{host}:{self._server.sockets[0].getsockname()[1]}"
+            raise no_server("rosbridge can't serve", self._host, self._port, error) from error
+        self.url = f"ws://{in_address(self._host)}:{self._server.sockets[0].getsockname()[1]}"
         return f"rosbridge at {self.url}"
 
     async def close(self) -> None:
