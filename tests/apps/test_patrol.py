@@ -34,7 +34,7 @@ def test_what_changes_is_in_sight_and_apart_from_furniture() -> None:
 
 
 def test_a_thing_that_stops_tell_is_told_once_by_the_one_with_most_points_of_it() -> None:
-    """What stood at the place of what stands there now is another thing, and so is what is further off than SAME."""
+    """A thing at the place of one that stands there now is another, and so is one that is further off than SAME."""
 
     def change(appeared: bool, x: float, points: int) -> Change:
         return Change(appeared, np.array([x, 0.0, 0.0]), np.full(3, 0.3), points)

@@ -19,7 +19,7 @@ RASTER = 0.01
 """Meters, as the page has it."""
 
 CURSOR = "(view) => new Promise((go) => requestAnimationFrame(() => go(view.style.cursor)))"
-"""What the pointer looks like, once the page has heard where it is: it hears of moves before it draws."""
+"""Cursor that the pointer has, once the page has heard where it is: it hears of moves before it draws."""
 
 
 def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:

@@ -370,7 +370,7 @@ def test_a_hand_leads_the_tool_itself(person: Person, stepped: Stubs, client: Cl
 def test_a_phone_shows_the_cell_over_its_camera(
     browser: Browser, console: Console, stepped: Stubs, client: Client
 ) -> None:
-    """What stands on the sheet is drawn where a pinhole has it in the camera's picture, which covers the view."""
+    """A thing on the sheet is drawn where a pinhole has it in the camera's picture, which covers the view."""
     client.scene.add_frame("marker", pose=WORLD_T_MARKER)
     dice = virtualrobot.box(0.05, 0.05, 0.05, color=PURPLE)
     client.scene.add_object("dice", dice, pose=WORLD_T_MARKER @ virtualrobot.pose(x=-0.2, z=0.05))
