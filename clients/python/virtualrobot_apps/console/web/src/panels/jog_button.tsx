@@ -1,8 +1,8 @@
 // Buttons that move a robot while they are held, by pointer or by key.
-import { useState } from "preact/hooks";
 import { goal } from "../kernel/goal";
 import { letGo, press, type Move } from "../kernel/jog";
 import { connection } from "../kernel/world";
+import { useHeld } from "../parts/held";
 import { Icon } from "../parts/icons";
 
 interface Props {
@@ -15,26 +15,12 @@ export function JogButton({ label, icon, move }: Props & { move: () => Move }) {
 }
 
 export function HoldButton({ label, icon, begin, end }: Props & { begin: () => void; end: () => void }) {
-  const [held, setHeld] = useState(false);
-  const down = () => {
+  const { held, listeners } = useHeld(() => {
     goal.clear();
-    setHeld(true);
     begin();
-  };
-  const up = () => {
-    if (held) end();
-    setHeld(false);
-  };
+  }, end);
   return (
-    <button type="button" class={`jog ${held && connection.value !== "lost" ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`}
-      onPointerDown={(event) => {
-        if (event.button !== 0) return;
-        event.currentTarget.setPointerCapture(event.pointerId);
-        down();
-      }}
-      onPointerUp={up} onLostPointerCapture={up} onBlur={up} onContextMenu={(event) => event.preventDefault()}
-      onKeyDown={(event) => event.key === "Enter" && !event.repeat && down()}
-      onKeyUp={(event) => event.key === "Enter" && up()}>
+    <button type="button" class={`jog ${held && connection.value !== "lost" ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`} {...listeners}>
       <Icon name={icon} size={14} />
     </button>
   );

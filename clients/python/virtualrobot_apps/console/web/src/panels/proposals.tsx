@@ -1,12 +1,12 @@
 // Proposals: what anybody wants the robots to do, looked at as ghosts, changed, turned down, and run only while a button is held.
 import { effect, signal } from "@preact/signals";
-import { useState } from "preact/hooks";
 import { Role } from "../generated/virtualrobot/v1/token_pb";
 import { ProposalState, type Proposal } from "../generated/virtualrobot/v1/proposal_pb";
 import { approving, looked, planAnew, propose, reject, shownProposal, takeBack } from "../kernel/approving";
 import { goal } from "../kernel/goal";
 import { forPeople, personOf } from "../kernel/words";
 import { info, motions, proposals } from "../kernel/world";
+import { useHeld } from "../parts/held";
 import { Icon } from "../parts/icons";
 import { fixed } from "../parts/numbers";
 import { evenly, swept } from "../view/postures";
@@ -90,26 +90,9 @@ function Bar({ one }: { one?: Proposal }) {
 
 /** Runs what is looked at while it is held, by pointer or by Enter; let go it brakes on its path. */
 function Hold({ one, may }: { one?: Proposal; may: boolean }) {
-  const [held, setHeld] = useState(false);
-  const down = () => {
-    if (!one || !may) return;
-    setHeld(true);
-    approving.hold(one);
-  };
-  const up = () => {
-    approving.letGo();
-    setHeld(false);
-  };
+  const { held, listeners } = useHeld(() => one && may && approving.hold(one), () => approving.letGo());
   return (
-    <button type="button" class={`button small ${may ? "primary" : ""} ${held ? "held" : ""}`} id="hold-proposal" aria-disabled={!may} title="Approve it: it runs while this is held, as it was shown, and brakes on its path when it is let go"
-      onPointerDown={(event) => {
-        if (event.button !== 0) return;
-        event.currentTarget.setPointerCapture(event.pointerId);
-        down();
-      }}
-      onPointerUp={up} onLostPointerCapture={up} onBlur={up} onContextMenu={(event) => event.preventDefault()}
-      onKeyDown={(event) => event.key === "Enter" && !event.repeat && down()}
-      onKeyUp={(event) => event.key === "Enter" && up()}>
+    <button type="button" class={`button small ${may ? "primary" : ""} ${held && may ? "held" : ""}`} id="hold-proposal" aria-disabled={!may} title="Approve it: it runs while this is held, as it was shown, and brakes on its path when it is let go" {...listeners}>
       <Icon name="hand" size={13} />Hold to run
     </button>
   );
