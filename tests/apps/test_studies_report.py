@@ -59,6 +59,30 @@ def test_what_is_drawn_counts_by_its_mean(tmp_path: Path) -> None:
     assert "<title>x 5, y 0: 5.5</title>" in found
 
 
+def test_what_is_the_same_in_all_cells_is_told_once(tmp_path: Path) -> None:
+    study = written(tmp_path / "in", GRID, SUM)
+    text = report(study, done(study, tmp_path / "out")[1])
+    assert text.count("&lt;a&gt;") == 1 and "<td>kind</td><td>&lt;a&gt;</td>" in text
+    # Without draws, each cell is a row of one table, which opens when it is clicked: it is long.
+    cells = text[text.index("<h2>Cells") :]
+    assert "<details><summary>24 rows</summary>" in cells
+    assert re.findall("<th>(.*?)</th>", cells) == ["cell", "z", "y", "x", "sum"]
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(<td.*?)</tr>", cells)]
+    assert rows[6] == ["6", "1", "1", "2", "112"] and rows[10] == ["10", "1", "2", "2", ""] and len(rows) == 24
+
+
+def test_one_parameter_has_a_curve(tmp_path: Path) -> None:
+    text = GRID.replace("{from: 0, to: 2, count: 3}", "{from: 0, to: 2, count: 4}").replace("[1, 2]", "[7]")
+    text = text.replace("{list: [0, 1, 2, 5]}", "{list: [0]}")
+    function = "def f(cell):\n    return {'sum': None if cell.number == 2 else cell.number}\n"
+    study = written(tmp_path / "in", text, function)
+    found = report(study, done(study, tmp_path / "out")[1])
+    assert re.findall(r"<circle[^>]*><title>(.*?)</title>", found) == ["y 0: 0", "y 0.66667: 1", "y 2: 3"]
+    (way,) = re.findall('<polyline points="(.*?)"', found)
+    (left, low), _, (right, high) = ([float(one) for one in at.split(",")] for at in way.split())
+    assert left < right and low > high
+
+
 def test_colours_are_those_of_viridis() -> None:
     """Its first, middle and last entries: Matplotlib's `_cm_listed.py`."""
     assert [color(value, (2.0, 4.0)) for value in (2.0, 3.0, 4.0)] == ["#440154", "#21918c", "#fde725"]
@@ -117,7 +141,7 @@ def test_the_front_of_a_known_function_is_found(tmp_path: Path) -> None:
     table = text[text.index("<h2>Goals") : text.index("<h2>near")]
     assert "<p>20 that no other one is better than in all of them:" in table
     assert "<th>near (less is better)</th>" in table
-    rows = re.findall(r"<tr><td>(\d+)</td><td>([-\d.e]+)</td>", table)
+    rows = re.findall(r"<tr><td[^>]*>(\d+)</td><td[^>]*>([-\d.e]+)</td>", table)
     assert [float(x) for _, x in rows] == pytest.approx([0.1 * one for one in range(21) if one != 10], abs=1e-9)
     circles = re.findall(r'r="(\d)" style="fill:(#\w+)"><title>cell \d+, x ([-\d.e]+)</title>', table)
     assert len(circles) == 60

@@ -14,8 +14,8 @@ from virtualrobot_apps.studies.parameters import Floats
 _SCALE = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]])
 """Colours from the least to the greatest value: five of the map `viridis` (Nathaniel Smith, Stefan van der Walt)."""
 _NONE = "#dddddd"
-_SIDE, _LEFT, _BELOW, _RIGHT = 360, 90, 40, 110
-_FRONT, _DOMINATED = "#ee6677", "#bbbbbb"
+_SIDE, _LEFT, _BELOW, _RIGHT = 360, 90, 40, 80
+_FRONT, _DOMINATED, _CURVE = "#ee6677", "#bbbbbb", "#4477aa"
 _MARGIN = 0.05
 
 
@@ -95,7 +95,17 @@ def scatter(across: Axis, up: Axis, values: Floats, ends: tuple[float, float], l
     return "".join([*_points(across, up, fills, list(range(len(fills))), labels), *_legend(ends), "</svg>"])
 
 
-def _points(across: Axis, up: Axis, fills: Sequence[str], order: Sequence[int], labels: Sequence[str]) -> list[str]:
+def curve(across: Axis, up: Axis) -> str:
+    """Return the chart of values over one parameter, NaN left out; each says on being pointed at what it is."""
+    there = [one for one in zip(across.values, up.values, strict=True) if not np.isnan(one[1])]
+    across, up = (Axis(one.name, values) for one, values in zip((across, up), zip(*there, strict=True), strict=True))
+    labels = [f"{across.name} {x:.5g}: {value:.5g}" for x, value in there]
+    return "".join([*_points(across, up, [_CURVE] * len(there), range(len(there)), labels, True), "</svg>"])
+
+
+def _points(
+    across: Axis, up: Axis, fills: Sequence[str], order: Sequence[int], labels: Sequence[str], is_joined: bool = False
+) -> list[str]:
     """Return points with axes, those of the front larger; each says on being pointed at what it is."""
     x, y = np.asarray(across.values), np.asarray(up.values)
     ends = [_widened(values) for values in (x, y)]
@@ -103,6 +113,9 @@ def _points(across: Axis, up: Axis, fills: Sequence[str], order: Sequence[int], 
     top = _SIDE * (1.0 - (y - ends[1][0]) / (ends[1][1] - ends[1][0]))
     lines = [_begin(_LEFT + _SIDE + _RIGHT, _SIDE + _BELOW)]
     lines.append(f'<path d="M{_LEFT} 0V{_SIDE}H{_LEFT + _SIDE}" style="fill:none;stroke:#888"/>')
+    if is_joined:
+        way = " ".join(f"{left[number]:.1f},{top[number]:.1f}" for number in order)
+        lines.append(f'<polyline points="{way}" style="fill:none;stroke:{_CURVE}"/>')
     for number in order:
         radius = 5 if fills[number] == _FRONT else 3
         lines.append(
@@ -139,12 +152,12 @@ def _begin(width: int, height: int) -> str:
 
 def _axes(across: str, ends_across: tuple[float, float], up: str, ends_up: tuple[float, float]) -> list[str]:
     """Return the names of both axes and the numbers at their ends."""
-    below, beside = _SIDE + 16, _LEFT - 8
+    below, beside, middle = _SIDE + 16, _LEFT - 8, _SIDE // 2
     return [
         f'<text x="{_LEFT}" y="{below}">{ends_across[0]:.5g}</text>',
         f'<text x="{_LEFT + _SIDE}" y="{below}" text-anchor="end">{ends_across[1]:.5g}</text>',
         f'<text x="{_LEFT + _SIDE / 2:.0f}" y="{below + 14}" text-anchor="middle">{html.escape(across)}</text>',
         f'<text x="{beside}" y="{_SIDE}" text-anchor="end">{ends_up[0]:.5g}</text>',
         f'<text x="{beside}" y="12" text-anchor="end">{ends_up[1]:.5g}</text>',
-        f'<text x="{beside}" y="{_SIDE / 2:.0f}" text-anchor="end">{html.escape(up)}</text>',
+        f'<text transform="translate({_LEFT - 30} {middle}) rotate(-90)" text-anchor="middle">{html.escape(up)}</text>',
     ]

@@ -105,6 +105,11 @@ class Cells:
         return [one for one in self.parameters if not isinstance(one, Values)]
 
     @cached_property
+    def constant(self) -> list[Values | Choice]:
+        """Parameters that are the same in all cells."""
+        return [one for one in self.parameters if not isinstance(one, Law) and len(one.values) == 1]
+
+    @cached_property
     def count(self) -> int:
         """Number of cells."""
         return math.prod(len(one.values) for one in self.fixed) * self.per_point

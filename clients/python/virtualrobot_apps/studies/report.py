@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import islice
@@ -22,14 +23,20 @@ _MOST_ERRORS = 20
 _BEST = 10
 _MOST_TEXTS = 50
 _MOST_FRONT = 100
-_WIDTH, _HEIGHT, _BARS = 640, 160, 40
+_MOST_OPEN = 12
+"""Rows of a table of points that is shown at once; a longer one opens when it is clicked."""
+_WIDTH, _HEIGHT, _BARS = 520, 160, 40
 _STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
-table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ddd }
-td { text-align: right; font-variant-numeric: tabular-nums } td:first-child, th { text-align: left }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 78em; margin: 2em auto; padding: 0 1em; color: #222 }
+div { overflow-x: auto } table { border-collapse: collapse; margin: 1em 0 }
+th, td { padding: .2em .6em; border-bottom: 1px solid #ddd; white-space: nowrap; text-align: left }
+td.number { text-align: right; font-variant-numeric: tabular-nums } th { vertical-align: bottom }
+.about td { text-align: left }
+h2 { margin-top: 2em; border-top: 2px solid #4477aa } summary { cursor: pointer; color: #4477aa }
 pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa }
-figure { margin: 1em 0 } text { font-size: 12px }
+figure { display: inline-block; margin: 1em 1em 1em 0; vertical-align: top } text { font-size: 12px }
 """
+_NUMBER = re.compile(r"[-+.\de ]+( to [-+.\de]+)?")
 _FIGURES = (
     "cells",
     "mean",
@@ -57,7 +64,7 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
     yield f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
     yield f"<h1>{name}</h1>"
     cells = study.cells
-    yield _table(
+    about = _table(
         ("", ""),
         [
             ("function", study.function),
@@ -66,39 +73,56 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
                 "seed, sampling, draws",
                 f"{cells.seed}, {cells.sampling if study.search is None else 'search'}, {cells.draws}",
             ),
+            *((one.name, _value(one.values[0])) for one in cells.constant),
             ("cells", f"{counts.done} of {cells.count}, {counts.failed} failed, {counts.killed} killed"),
             ("SHA-256 of the results", digest),
         ],
     )
+    yield f'<div class="about">{about}</div>'
     found = summary.numbers(study, table)
     figures = summary.summaries(study, found)
+    names = [one.name for one in cells.parameters if one not in cells.constant]
+    told = ["cell", *names, *(name for name, _ in study.results)]
     if study.search is not None and len(study.search.goals) == 1:
         yield "<h2>Best cells</h2>"
         goal = study.search.goals[0]
         order = [(goal.result, "ascending" if goal.sign > 0 else "descending")]
         best = table.sort_by(order).slice(0, _BEST).to_pylist()
-        names = ["cell", *(law.name for law in cells.laws), *(name for name, _ in study.results)]
-        yield _table(names, [tuple(_value(row[name]) for name in names) for row in best if row["status"] == OK])
+        yield _table(told, [tuple(_value(row[name]) for name in told) for row in best if row["status"] == OK])
     yield from _goals(study, table)
-    for result, one in figures.items():
+    has_draws = bool(cells.fixed) and 1 < cells.per_point < cells.count
+    points = list(islice(summary.by_point(study, table), _MOST_POINTS)) if has_draws else []
+    wide = [one.name for one in cells.fixed if one not in cells.constant]
+    for result, of_all in figures.items():
         yield f"<h2>{html.escape(result)}</h2>"
-        yield _table(("", *_FIGURES), [("all cells", *_told(one))])
-        if cells.fixed and cells.count > cells.per_point:
-            points = islice(summary.by_point(study, table), _MOST_POINTS)
-            names = [fixed.name for fixed in cells.fixed]
-            rows = [(*map(_value, at.values()), *_told(those[result])) for at, those in points if result in those]
-            yield _table((*names, *_FIGURES), rows)
-        for head, chart in report_charts.maps(study, table, found[result]):
+        yield _table(("", *_FIGURES), [("all cells", *_told(of_all))])
+        for head, chart in report_charts.maps(study, table, result, found[result]):
             yield f"<figure><figcaption>{html.escape(head)}</figcaption>{chart}</figure>"
-        yield from _sensitivities(study, table, found[result])
         values = found[result]
-        yield _histogram(values[~np.isnan(values)])
+        yield f"<figure>{_histogram(values[~np.isnan(values)])}</figure>"
+        yield from _sensitivities(study, table, found[result])
+        rows = [
+            (*(_value(at[name]) for name in wide), *_told(those[result])) for at, those in points if result in those
+        ]
+        yield from _points((*wide, *_FIGURES), rows)
     for result in (name for name, kind in study.results if kind == TEXT):
         counted = Counter(one for one in table.column(result).to_pylist() if one is not None)
         yield f"<h2>{html.escape(result)}</h2>"
         yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
+    if not has_draws and study.search is None:
+        yield "<h2>Cells</h2>"
+        rows = [tuple(_value(row[name]) for name in told) for row in table.slice(0, _MOST_POINTS).to_pylist()]
+        yield from _points(told, rows)
     yield from _failures(table)
     yield "</html>"
+
+
+def _points(names: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield a table of points, which opens when it is clicked where it is long."""
+    if len(rows) > _MOST_OPEN:
+        yield f"<details><summary>{len(rows)} rows</summary>{_table(names, rows)}</details>"
+    elif rows:
+        yield _table(names, rows)
 
 
 def _goals(study: Study, table: pyarrow.Table) -> Iterator[str]:
@@ -117,9 +141,10 @@ def _sensitivities(study: Study, table: pyarrow.Table, values: Floats) -> Iterat
     for point in range(min(study.cells.count // study.cells.per_point, _MOST_POINTS)):
         if shares := summary.sensitivities(study, values, point):
             at = study.cells.point(point * study.cells.per_point)
-            head = ", ".join(f"{name} {_value(value)}" for name, value in at.items()) or "share of the variance"
+            same = {one.name for one in study.cells.constant}
+            head = ", ".join(f"{name} {_value(value)}" for name, value in at.items() if name not in same)
             rows = [(name, f"{one.first_order:.3f}", f"{one.total_order:.3f}") for name, one in shares.items()]
-            yield _table((head, "alone", "with others"), rows)
+            yield _table((head or "share of the variance", "alone", "with others"), rows)
 
 
 def _failures(table: pyarrow.Table) -> Iterator[str]:
@@ -155,13 +180,20 @@ def _interval(ends: tuple[float, float] | None) -> str:
 
 
 def _value(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+    if isinstance(value, int | float):
+        return f"{value:.6g}"
+    return "" if value is None else str(value)
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     head = "".join(f"<th>{html.escape(one)}</th>" for one in heads)
-    body = ("".join(f"<td>{html.escape(one)}</td>" for one in row) for row in rows)
-    return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in body)}</table>"
+    body = "".join(f"<tr>{''.join(map(_field, row))}</tr>" for row in rows)
+    return f"<div><table><tr>{head}</tr>{body}</table></div>"
+
+
+def _field(text: str) -> str:
+    kind = ' class="number"' if _NUMBER.fullmatch(text) else ""
+    return f"<td{kind}>{html.escape(text)}</td>"
 
 
 def _histogram(values: Floats) -> str:

@@ -10,43 +10,48 @@ import numpy as np
 import pyarrow
 from numpy.typing import NDArray
 
-from virtualrobot_apps.studies.charts import Axis, front, heat_map, is_on_front, scatter
+from virtualrobot_apps.studies.charts import Axis, curve, front, heat_map, is_on_front, scatter
 from virtualrobot_apps.studies.parameters import Floats, Law, Values
 from virtualrobot_apps.studies.study_file import Goal, Study
 from virtualrobot_apps.studies.work import OK
 
 _MOST_MAPS = 12
-_MOST_FIELDS = 10_000
+_LEAST_DRAWN, _MOST_FIELDS = 3, 10_000
 _MOST_SHOWN = 5000
 
 Row = dict[str, object]
 
 
-def maps(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[tuple[str, str]]:
-    """Yield heat maps of a result's means over the grid (cells that are done,), each with what it is for.
+def maps(study: Study, table: pyarrow.Table, name: str, values: Floats) -> Iterator[tuple[str, str]]:
+    """Yield charts of the means of a result over the grid (cells that are done,), each with what it is for.
 
-    Across is the last parameter of the file that has several numbers, up the one before it; of all others each
-    combination has a map of its own, the first dozen of them. Yields nothing where a map would have too many fields.
-    Of a search the cells are points, by its last two ranges.
+    A heat map has across the last parameter of the file that has several numbers, and up the one before it; of all
+    others each combination has a map of its own, the first dozen of them. Yields nothing where a map would have too
+    many fields. Where only one parameter has several numbers, three or more, it is across, and the mean up. Of a
+    search the cells are points, by its last two ranges.
     """
     cells = study.cells
     if study.search is not None:
         yield from _searched(study, table, values)
         return
     wide = [one for one in cells.fixed if len(one.values) > 1 and not one.is_text]
-    if len(wide) < 2 or np.isnan(values).all():
+    if not wide or np.isnan(values).all():
         return
-    up, across = wide[-2:]
-    if len(up.values) * len(across.values) > _MOST_FIELDS:
+    drawn = wide[-2:]
+    if not _LEAST_DRAWN <= math.prod(len(one.values) for one in drawn) <= _MOST_FIELDS:
         return
     means = _means(study, table, values).reshape([len(one.values) for one in cells.fixed])
     ends = float(np.nanmin(means)), float(np.nanmax(means))
-    others = [one for one in cells.fixed if one is not up and one is not across]
+    others = [one for one in cells.fixed if all(one is not other for other in drawn)]
     for places in list(product(*(range(len(one.values)) for one in others)))[:_MOST_MAPS]:
         at = {one.name: place for one, place in zip(others, places, strict=True)}
         field = means[tuple(at.get(one.name, slice(None)) for one in cells.fixed)]
         head = ", ".join(f"{one.name} {_said(one.values[at[one.name]])}" for one in others if len(one.values) > 1)
-        yield head, heat_map(_axis(across, field.shape[1]), _axis(up, field.shape[0]), field, ends)
+        axes = [_axis(one, count) for one, count in zip(drawn, field.shape, strict=True)]
+        if len(axes) == 2:
+            yield head, heat_map(axes[1], axes[0], field, ends)
+        elif not np.isnan(field).all():
+            yield head, curve(axes[0], Axis(name, field.tolist()))
 
 
 def _searched(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[tuple[str, str]]:
@@ -79,7 +84,7 @@ def goals(study: Study, table: pyarrow.Table) -> tuple[list[str], list[list[str]
         found = np.stack([_means(study, table, _column(table, goal)) for goal in wanted], axis=1)
         rows: list[Row] = [dict(cells.point(point * cells.per_point)) for point in range(len(found))]
     else:
-        names = ["cell", *(one.name for one in cells.parameters if not isinstance(one, Values) or len(one.values) > 1)]
+        names = ["cell", *(one.name for one in cells.parameters if one not in cells.constant)]
         found = np.stack([_column(table, goal) for goal in wanted], axis=1)
         found[np.array(table.column("status").to_pylist()) != OK] = np.nan
         rows = table.select(["cell", *(one.name for one in cells.parameters)]).to_pylist()
