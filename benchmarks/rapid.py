@@ -48,6 +48,12 @@ ENDMODULE
 """
 
 
+def motion() -> str:
+    """Return a program of `LINES` moves."""
+    text = MOTION.format(lines="".join(LINE.format(number=number) for number in range(LINES)))
+    return text.replace("PROC main", "PERS robtarget here := [[0,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]];\nPROC main")
+
+
 def loop_by_hand(flags: list[str]) -> float:
     """Return what the loop comes to, as somebody would write it who looks at a flag before each statement."""
     total, i = 0.0, 1.0
@@ -106,8 +112,7 @@ def step_seconds() -> float:
 
 def run() -> list[Row]:
     """Return the rows; budgets: a megabyte and four million statements a second, 2,000 lines in 150 ms, a step 50."""
-    text = MOTION.format(lines="".join(LINE.format(number=number) for number in range(LINES)))
-    text = text.replace("PROC main", "PERS robtarget here := [[0,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]];\nPROC main")
+    text = motion()
     python = "def main():\n" + "".join(
         f"  move_l(offs(here, {number}, 0, 10.5), v100, z10, tool0, wobj=wobj0)  # line {number}\n"
         for number in range(LINES)

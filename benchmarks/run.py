@@ -46,8 +46,8 @@ SUITES = (
         "ros_loads",
         "ros_dds",
     ),
-    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "studies", "navigation", "seeing"),
-    "bins",
+    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "code_page"),
+    *("studies", "navigation", "seeing", "bins"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

@@ -159,12 +159,31 @@ def _code(client: virtualrobot.Client, page: Page) -> None:
     page.locator("#open-code").wait_for(state="attached")
     page.set_input_files("#open-code", {"name": "sort.mod", "mimeType": "", "buffer": SORT.encode()})
     page.get_by_label("Robot that it moves").select_option("sorter")
-    page.locator(".cm-breakpoints .cm-gutterElement").nth(SORT.split("parts :=")[0].count("\n") + 1).click()
+    page.locator(".cm-breakpoints .cm-gutterElement").nth(SORT.split("parts := parts")[0].count("\n") + 1).click()
     page.locator("#run-code").click()
     page.get_by_label("Value of parts").wait_for()
     page.get_by_role("button", name="Go on", exact=True).click()
     page.locator(".cm-motion").wait_for()
     page.locator(".cm-stands").wait_for()
+
+
+def _ahead(client: virtualrobot.Client, page: Page) -> Locator:
+    """Run the same program, and let time stand still on the way to the tray: what is planned is drawn."""
+    client.load_robot("model://irb120", name="sorter", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
+    page.locator('.node[data-name="sorter"]').click()
+    page.get_by_role("tab", name="Code").click()
+    page.locator("#open-code").wait_for(state="attached")
+    page.set_input_files("#open-code", {"name": "sort.mod", "mimeType": "", "buffer": SORT.encode()})
+    page.get_by_label("Robot that it moves").select_option("sorter")
+    page.locator("#run-code").click()
+    page.locator(".cm-motion").get_by_text("tray").wait_for()
+    client.clock.set_stepped()
+    page.wait_for_timeout(2000.0)
+    page.mouse.move(700.0, 250.0)
+    page.keyboard.press("f")
+    page.mouse.wheel(0.0, 800.0)
+    page.wait_for_timeout(1000.0)
+    return page.locator(".view")
 
 
 def _trajectory(client: virtualrobot.Client, page: Page) -> None:
@@ -328,6 +347,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "library": _library,
     "program": _program,
     "code": _code,
+    "ahead": _ahead,
     "trajectory": _trajectory,
     "traces": _traces,
     "drive": _drive,

@@ -102,9 +102,13 @@ class Desk:
         red, _, blue = np.moveaxis(np.asarray(shown, int), 2, 0)
         return int(np.count_nonzero(blue > red + 70))
 
+    def beside(self, line: int) -> Locator:
+        """Return the place of a line's breakpoint, from 1."""
+        return self.page.locator(".cm-breakpoints .cm-gutterElement").nth(line)
+
     def breakpoint(self, line: int) -> None:
         """Click beside a line, from 1."""
-        self.page.locator(".cm-breakpoints .cm-gutterElement").nth(line).click()
+        self.beside(line).click()
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +179,18 @@ def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
     desk.says("key3")
     expect(desk.page.locator("#run-code")).to_be_visible()
     assert desk.lines("runs") == desk.lines("stands") == []
+
+
+def test_a_breakpoint_goes_to_the_next_statement(desk: Desk) -> None:
+    desk.write(SUMS)
+    desk.robot("")
+    desk.breakpoint(3)
+    desk.page.locator("#run-code").click()
+    desk.stands_at("    FOR i FROM 1 TO 3 DO")
+    expect(desk.beside(5).locator(".cm-breakpoint")).to_be_visible()
+    expect(desk.beside(3).locator(".cm-breakpoint")).to_have_count(0)
+    desk.press("End")
+    expect(desk.page.locator("#run-code")).to_be_visible()
 
 
 def test_a_script_moves_the_robot_that_is_chosen(desk: Desk) -> None:

@@ -12,8 +12,8 @@ const SAMPLE_SECONDS = 0.05;
 /** Numbers of a pose: a position, and a quaternion. */
 const POSE = 7;
 
-/** What the ghosts are of; "" for none. */
-let drawn = "";
+/** What the way is of, and the ghosts; "" for none. */
+let drawn = "", ghosts = "";
 
 /** Shows what the kernel has planned of the motion of a robot by now; nothing where none is. */
 export async function showAhead(robot: string): Promise<void> {
@@ -23,6 +23,9 @@ export async function showAhead(robot: string): Promise<void> {
   const moved = said && said.robots.find((one) => one.robot === robot);
   if (!said || !moved) return hideAhead();
   const steps = ofArray(said.steps!), rows = rowsOf(ofArray(moved.positions!), moved.jointNames.length);
+  const way = `${motionId} ${rows.length} ${rows[0]?.join()}`;
+  if (way === drawn) return;
+  drawn = way;
   const points = rowsOf(ofArray(moved.worldTTcp!), POSE).map(([x, y, z]) => ({ x, y, z }));
   showSpans(OWNER, points.slice(1).map((to, place) => ({ from: points[place], to, color: COLOR })));
   const ends: Goal[] = [];
@@ -31,14 +34,14 @@ export async function showAhead(robot: string): Promise<void> {
     ends.push({ robot, jointPositions: Object.fromEntries(moved.jointNames.map((name, column) => [name, rows[place][column]])) });
   });
   const shown = `${motionId} ${[...new Set(steps)].join()}`;
-  if (shown === drawn) return;
-  drawn = shown;
+  if (shown === ghosts) return;
+  ghosts = shown;
   swept.value = evenly(ends);
 }
 
 export function hideAhead(): void {
   if (!drawn) return;
-  drawn = "";
+  drawn = ghosts = "";
   showSpans(OWNER, []);
   swept.value = [];
 }

@@ -149,9 +149,12 @@ export function setBreakpoint(line: number, condition: string | undefined): void
 }
 
 async function setBreakpoints(): Promise<void> {
-  const asked = [...breakpoints.peek()].map(([line, condition]) => ({ line, condition }));
+  const shown = breakpoints.peek();
+  const asked = [...shown].map(([line, condition]) => ({ line, condition }));
   const became = await request<{ breakpoints: { line: number; message?: string }[] }>("setBreakpoints", { source: { path: name.peek() }, breakpoints: asked });
   for (const { line, message } of became.breakpoints) if (message) tell(`breakpoint in line ${line}: ${message}`, true);
+  // One at a line without a statement is where the program stops for it.
+  if (breakpoints.peek() === shown) breakpoints.value = new Map(asked.map(({ condition }, place) => [became.breakpoints[place].line, condition]));
 }
 
 /** Shows the data of an entry of the call stack. */
