@@ -214,18 +214,20 @@ def test_triggers_act_at_their_places_while_the_tool_keeps_its_speed(
     arc for the kernel.
     """
     kinds = {"TriggC": "TriggC Offs(above, 50, 50, 0),", "TriggJ": "TriggJ", "TriggL": "TriggL"}
-    for name in ("first", "last", "soon", "out"):
+    for name in ("first", "last", "soon", "out", "never", "later"):
         client.signals.create(name)
     ends = r"fine, tool0 \WObj:=table"
     moves = [
         rf"""
         {HOME}
         Reset first; Reset last; Reset soon;
-        {move} Offs(above, 100, 0, 0), v100, begins \T2:=ends \T3:=calls \T4:=nearly \T5:=again, {ends};
+        {move} Offs(above, 100, 0, 0), v100, begins \T2:=ends \T3:=calls \T4:=nearly \T5:=again \T6:=left_out \T7:=done
+          \T8:=uncalled, {ends};
         WaitRob \InPos;
+        WaitUntil count >= {called};
         TPWrite "" \Num:=count;
         """
-        for move in kinds.values()
+        for called, move in zip((2, 4, 6), kinds.values(), strict=True)
     ]
     run = Run(
         client,
@@ -235,6 +237,9 @@ def test_triggers_act_at_their_places_while_the_tool_keeps_its_speed(
         CONNECT passed WITH passes;
         TriggInt calls, 50, passed;
         TriggIO nearly, 0.2 \Time \DOp:=soon, 1;
+        TriggIO left_out, 40 \DOp:=never, 1 \Inhib:=off;
+        TriggIO done, 20 \DOp:=later, 1 \Inhib:=on;
+        TriggInt uncalled, 60, passed \Inhib:=off;
         TriggInt again, 0.3 \Time, passed;
         {"".join(moves)}
         {HOME}
@@ -244,12 +249,13 @@ def test_triggers_act_at_their_places_while_the_tool_keeps_its_speed(
         TPWrite "" \Num:=out;
         """,
         """
-        VAR intnum passed; VAR num count := 0;
+        VAR intnum passed; VAR num count := 0; PERS bool off := TRUE; PERS bool on := FALSE;
+        VAR triggdata left_out; VAR triggdata done; VAR triggdata uncalled;
         VAR triggdata begins; VAR triggdata ends; VAR triggdata calls; VAR triggdata nearly; VAR triggdata again;
         TRAP passes Incr count; ENDTRAP
         """,
     )
-    changes: dict[str, list[float]] = {"first": [], "last": [], "soon": [], "out": []}
+    changes: dict[str, list[float]] = {name: [] for name in ("first", "last", "soon", "out", "never", "later")}
     with client.signals.follow() as watch:
         told = iter(watch)
         next(told)
@@ -260,6 +266,8 @@ def test_triggers_act_at_their_places_while_the_tool_keeps_its_speed(
                 if value:
                     changes[name].append(change.stamp.simulation_time)
     *counted, place, out = run.printed
+    assert changes["never"] == []
+    assert len(changes["later"]) == 1
     assert (counted, out, run.world.queue.notes) == (["2", "4", "6"], "1", [])
     assert numbers(place) == pytest.approx([100, 0, 150], abs=0.01)
     places, before = in_table(way), 0

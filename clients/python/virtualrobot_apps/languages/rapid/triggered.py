@@ -42,6 +42,7 @@ class Trigger:
         delay: how much later (s) by the clock.
         signal: the signal that is set; None: an interrupt comes.
         value: the value that it gets, or the number of the interrupt.
+        inhibit: list and index of the flag that, when the place is passed, makes the value 0, or no interrupt come.
     """
 
     distance: float
@@ -50,6 +51,7 @@ class Trigger:
     delay: float
     signal: str | None
     value: float
+    inhibit: tuple[list[Any], int] | None = None
 
 
 def _places(triggers: list[Trigger], length: float, speed: float) -> list[tuple[float, list[Trigger]]]:
@@ -70,12 +72,19 @@ def _do(task: RapidTask, triggers: list[Trigger]) -> None:
     world = task.world
     for one in triggers:
         lead = max(0.0, one.lead)
-        if one.signal is None:
-            world.queue.call_at(partial(task.interrupts.order, one.value), lead)
-        elif one.delay > 0.0:
-            world.queue.call_at(partial(world.start_later, [(one.delay, one.signal, one.value)]), lead)
+        if one.signal is None or one.delay > 0.0 or one.inhibit is not None:
+            world.queue.call_at(partial(_passed, task, one), lead)
         else:
             world.set_signal(one.signal, one.value, lead)
+
+
+def _passed(task: RapidTask, one: Trigger) -> None:
+    """Do what a trigger describes, unless its flag inhibits it now."""
+    inhibited = one.inhibit is not None and one.inhibit[0][one.inhibit[1]]
+    if one.signal is not None:
+        task.world.start_later([(one.delay, one.signal, 0.0 if inhibited else one.value)])
+    elif not inhibited:
+        task.interrupts.order(one.value)
 
 
 def _go(

@@ -128,13 +128,16 @@ def _trigger(
     delay: float,
     signal: str | None,
     value: float,
+    flag: list[Any] | None,
+    flag_index: int,
 ) -> Trigger:
     if distance < 0.0:
         what = "time of a trigger is 0 s" if time else "distance of a trigger is 0 mm"
         raise RapidFault("ERR_ARGVALERR", f"the {what} or more, not {distance:g}")
+    inhibit = None if flag is None else (flag, flag_index)
     if time:
-        return Trigger(0.0, False, distance, delay, signal, value)
-    return Trigger(distance, bool(from_start), lag, delay, signal, value)
+        return Trigger(0.0, False, distance, delay, signal, value, inhibit)
+    return Trigger(distance, bool(from_start), lag, delay, signal, value, inhibit)
 
 
 def _output(*signals: str | None) -> str:
@@ -146,8 +149,9 @@ def _output(*signals: str | None) -> str:
 
 @instruction(
     "TriggIO",
-    rf"inout triggdata TriggData, num Distance \switch Start | switch Time {_OUTPUT}, num SetValue \num DODelay",
-    lacking="ProcID Inhib InhibSetValue",
+    rf"inout triggdata TriggData, num Distance \switch Start | switch Time {_OUTPUT}, num SetValue \num DODelay "
+    r"\pers bool Inhib",
+    lacking="ProcID InhibSetValue",
 )
 def _trigg_io(
     task: RapidTask,
@@ -158,15 +162,18 @@ def _trigg_io(
     time: bool | None,
     *more: Any,  # noqa: ANN401
 ) -> None:
-    """Describes that a signal is set at a distance (mm) or time (s) before the end of a way, or behind its start."""
-    *signals, value, delay = more
-    holder[index] = _trigger(distance, start, time, 0.0, delay or 0.0, _output(*signals), value)
+    """Describes that a signal is set at a distance (mm) or time (s) before the end of a way, or behind its start.
+
+    It is set to 0 where the flag Inhib is TRUE as the place is passed, by the program's own thread.
+    """
+    *signals, value, delay, flag, at = more
+    holder[index] = _trigger(distance, start, time, 0.0, delay or 0.0, _output(*signals), value, flag, at)
 
 
 @instruction(
     "TriggEquip",
-    rf"inout triggdata TriggData, num Distance \switch Start, num EquipLag {_OUTPUT}, num SetValue",
-    lacking="ProcID Inhib InhibSetValue",
+    rf"inout triggdata TriggData, num Distance \switch Start, num EquipLag {_OUTPUT}, num SetValue \pers bool Inhib",
+    lacking="ProcID InhibSetValue",
 )
 def _trigg_equip(
     task: RapidTask,
@@ -178,14 +185,13 @@ def _trigg_equip(
     *more: Any,  # noqa: ANN401 signals and their value
 ) -> None:
     """Describes the same, EquipLag seconds earlier, or at the programmed speed later where it is below 0."""
-    *signals, value = more
-    holder[index] = _trigger(distance, start, None, lag, 0.0, _output(*signals), value)
+    *signals, value, flag, at = more
+    holder[index] = _trigger(distance, start, None, lag, 0.0, _output(*signals), value, flag, at)
 
 
 @instruction(
     "TriggInt",
-    r"inout triggdata TriggData, num Distance \switch Start | switch Time, var intnum Interrupt",
-    lacking="Inhib",
+    r"inout triggdata TriggData, num Distance \switch Start | switch Time, var intnum Interrupt \pers bool Inhib",
 )
 def _trigg_int(
     task: RapidTask,
@@ -196,9 +202,11 @@ def _trigg_int(
     time: bool | None,
     interrupt: list[float],
     at: int,
+    flag: list[Any] | None,
+    flag_at: int,
 ) -> None:
     """Describes that an interrupt comes at a distance (mm) or time (s) before the end of a way, or behind its start."""
-    holder[index] = _trigger(distance, start, time, 0.0, 0.0, None, interrupt[at])
+    holder[index] = _trigger(distance, start, time, 0.0, 0.0, None, interrupt[at], flag, flag_at)
 
 
 _TRIGGERS = r"triggdata Trigg_1 " + " ".join(rf"\triggdata T{number}" for number in range(2, 9))
