@@ -226,13 +226,13 @@ class Controller:
             self.target, self.velocity = self.body.read()[0], np.zeros(6)
         return self.target
 
-    def halt(self, deceleration: float = END_DECELERATION) -> None:
-        """Slow down to rest."""
+    def halt(self, deceleration: float | None = None) -> None:
+        """Slow down to rest, at a deceleration of the fastest joint (rad/s^2); without one a stop at work goes on."""
         if isinstance(self.move, Servo):
             # Setpoints come by steps: what the arm does is smoother.
             self.target, self.velocity = self.body.read()
-        if self.move is not None and not isinstance(self.move, Stop):
-            self.move = Stop(deceleration)
+        if self.move is not None and (deceleration is not None or not isinstance(self.move, Stop)):
+            self.move = Stop(END_DECELERATION if deceleration is None else deceleration)
 
     def say(self, code: int, argument: int, text: str) -> None:
         """Have words for whoever listens."""

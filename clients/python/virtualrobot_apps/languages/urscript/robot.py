@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.moves import Move
 from virtualrobot_apps.languages.urscript.connections import Connections
@@ -25,6 +28,19 @@ class RobotTask(ScriptTask):
         self._move: Move | None = None
         self._mover: Thread | None = None
         self._blending: Move | None = None
+        self._holder: Thread | None = None
+
+    @contextmanager
+    def controls(self) -> Iterator[None]:
+        """Have the current thread control the robot as long as a function of motion lasts: no other one may."""
+        if self._holder is not None and not self._holder.over:
+            raise ScriptFault(f"Another thread is already controlling the robot: {self._holder.name!r}")
+        holder = self._holder = self.thread
+        try:
+            yield
+        finally:
+            if self._holder is holder:
+                self._holder = None
 
     def moves(self, move: Move) -> None:
         """Have the controller make a move, which is the current thread's."""

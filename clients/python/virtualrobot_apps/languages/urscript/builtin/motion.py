@@ -7,6 +7,7 @@ a parabola, where both are lines or both go by joints; otherwise, and where ther
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import wraps
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,20 @@ if TYPE_CHECKING:
 
 _FASTEST = 2.0 * np.pi
 """Highest speed (rad/s) of a joint that the functions take, well above what any arm does."""
+
+
+def _motion(name: str, signature: str) -> Callable[[Callable[..., Iterator[None]]], Callable[..., Iterator[None]]]:
+    """Enter a function of motion: as long as it lasts no other thread may call one."""
+
+    def enter(run: Callable[..., Iterator[None]]) -> Callable[..., Iterator[None]]:
+        @wraps(run)
+        def controlling(task: RobotTask, *given: Value) -> Iterator[None]:
+            with task.controls():
+                yield from run(task, *given)
+
+        return function(name, signature, waits=True)(controlling)
+
+    return enter
 
 
 def _positive(value: Value, name: str) -> float:
@@ -98,7 +113,7 @@ def _pose(task: RobotTask, value: Value, name: str) -> Floats:
     return matrix(value, name) if isinstance(value, Pose) else _forward(task, _joints(value, name))
 
 
-@function("movej", "q, a=1.4, v=1.05, t=0, r=0", waits=True)
+@_motion("movej", "q, a=1.4, v=1.05, t=0, r=0")
 def _movej(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
@@ -140,7 +155,7 @@ def _linear(
     yield from _move(task, make, LineMove, radius)
 
 
-@function("movel", "pose, a=1.2, v=0.25, t=0, r=0", waits=True)
+@_motion("movel", "pose, a=1.2, v=0.25, t=0, r=0")
 def _movel(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
@@ -148,13 +163,13 @@ def _movel(
     yield from _linear(task, goal, acceleration, speed, seconds, radius)
 
 
-@function("movep", "pose, a=1.2, v=0.25, r=0", waits=True)
+@_motion("movep", "pose, a=1.2, v=0.25, r=0")
 def _movep(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
     """Moves the tool along a line at constant speed, as movel does; a (m/s^2), v (m/s), r (m)."""
     yield from _linear(task, goal, acceleration, speed, 0, radius)
 
 
-@function("movec", "pose_via, pose_to, a=1.2, v=0.25, r=0, mode=0", waits=True)
+@_motion("movec", "pose_via, pose_to, a=1.2, v=0.25, r=0, mode=0")
 def _movec(
     task: RobotTask, via: Value, goal: Value, acceleration: Value, speed: Value, radius: Value, mode: Value
 ) -> Iterator[None]:
@@ -171,7 +186,7 @@ def _movec(
     yield from _move(task, make, ArcMove, radius)
 
 
-@function("servoc", "pose, a=1.2, v=0.25, r=0", waits=True)
+@_motion("servoc", "pose, a=1.2, v=0.25, r=0")
 def _servoc(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
     """Moves the tool to a pose along an arc that goes on as it moves, from rest along a line; a (m/s^2), v (m/s)."""
     controller, end, rates = task.controller, _pose(task, goal, "pose"), _rates(0.0, acceleration, speed, 0)
@@ -186,7 +201,7 @@ def _servoc(task: RobotTask, goal: Value, acceleration: Value, speed: Value, rad
     yield from _move(task, make, TangentArc, radius)
 
 
-@function("servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300", waits=True)
+@_motion("servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300")
 def _servoj(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, ahead: Value, gain: Value
 ) -> Iterator[None]:
@@ -230,7 +245,7 @@ def _speed(task: RobotTask, wanted: Floats, linear: bool, acceleration: Value, s
         yield
 
 
-@function("speedj", "qd, a=1.4, t=none", waits=True)
+@_motion("speedj", "qd, a=1.4, t=none")
 def _speedj(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value) -> Iterator[None]:
     """Moves the joints at velocities (rad/s), a (rad/s^2), for t (s) or until told otherwise."""
     values = _joints(wanted, "qd")
@@ -239,7 +254,7 @@ def _speedj(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value)
     yield from _speed(task, values, False, acceleration, seconds)
 
 
-@function("speedl", "xd, a=1.2, t=none, aRot=none", waits=True)
+@_motion("speedl", "xd, a=1.2, t=none, aRot=none")
 def _speedl(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value, turning: Value) -> Iterator[None]:
     """Moves the tool at velocities (m/s, rad/s, in the base's frame), a (m/s^2), for t (s) or until told otherwise."""
     if turning is not None:
@@ -253,13 +268,13 @@ def _stop(task: RobotTask, deceleration: float) -> Iterator[None]:
         yield
 
 
-@function("stopj", "a=2", waits=True)
+@_motion("stopj", "a=2")
 def _stopj(task: RobotTask, deceleration: Value) -> Iterator[None]:
     """Slows the joints down to rest; a (rad/s^2) is of the fastest one."""
     yield from _stop(task, _positive(deceleration, "a"))
 
 
-@function("stopl", "a=20, aRot=none", waits=True)
+@_motion("stopl", "a=20, aRot=none")
 def _stopl(task: RobotTask, deceleration: Value, turning: Value) -> Iterator[None]:
     """Slows the tool down to rest, at a (m/s^2)."""
     if turning is not None:
