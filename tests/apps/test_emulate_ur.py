@@ -326,8 +326,9 @@ def test_a_script_comes_in_pieces_and_its_log_and_faults_are_told() -> None:
             connection.sendall(b"movj([1, 2])\n")
             until(lambda: told(b"syntax_error_on_line:1: there is no function 'movj'; did you mean 'movej'?"))
             assert controller.program is not None
-            connection.sendall(b"textmsg([1][2])\n")
-            until(lambda: told(b"script:1: the index 2 is outside 0 to 0"))
+            connection.sendall(b'def mine():\n  textmsg("so far")\n  textmsg([1][2])\nend\n')
+            until(lambda: told(b"script:3: the index 2 is outside 0 to 0"))
+            assert b"so far" in got[: got.index(b"script:3")]
             assert controller.program is None
     finally:
         server.close()

@@ -114,9 +114,10 @@ class Server:
         words, controller.words = controller.words, []
         for _, _, text in words:
             self._tell(text)
-        said = b"".join(message(controller.cycles, *one) for one in words)
         logged, controller.logged = controller.logged, []
-        said += b"".join(line(controller.cycles, text) for text in logged)
+        # A fault ends a script: what the script has said in the same cycle comes before.
+        said = b"".join(line(controller.cycles, text) for text in logged)
+        said += b"".join(message(controller.cycles, *one) for one in words)
         if controller.cycles % max(1, round(_STATE_SECONDS * controller.rate)) == 0:
             said += state(controller)
         for client in self.clients:
