@@ -147,7 +147,7 @@ def test_answers_have_the_shape_that_virtual_controllers_give(
     session.post(f"{abb.url}/rw/iosystem/signals/Local/DRV_1/doDone/set-value", "lvalue=1", headers=form)
     assert client.signals["doDone"] is True
     session.post(f"{abb.url}/rw/panel/speedratio?action=setspeedratio", "speed-ratio=50", headers=form)
-    assert client.speed_factor == 0.5
+    assert client.robot("arm").speed_factor == 0.5
     found = session.post(f"{abb.url}/rw/rapid/symbols/search", "regexp=count", headers=form)
     assert [one["_links"]["self"]["href"] for one in told(found)] == ["symbol/RAPID/T_ROB1/count/data"]
     assert session.post(f"{abb.url}/rw/rapid/tasks/deactivate", "task=T_ROB1", headers=form).status_code == 204

@@ -392,6 +392,16 @@ class Controller:
 
     # The robots.
 
+    @property
+    def speed(self) -> float:
+        """Factor by which its robots' motions are slowed, above 0, up to 1; those of others are as they are."""
+        return next(iter(self._robots.values())).speed_factor
+
+    @speed.setter
+    def speed(self, factor: float) -> None:
+        for robot in self._robots.values():
+            robot.speed_factor = factor
+
     def robot_of(self, mechanical_unit: str) -> Unit:
         """Return the task whose robot is called so."""
         units = {one.mechanical_unit: one for one in self.units.values()}

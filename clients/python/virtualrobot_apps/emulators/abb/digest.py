@@ -38,28 +38,28 @@ class Digest:
             given = parse_keqv_list(parse_http_list(rest))
             user, nonce, uri = given["username"], given["nonce"], given["uri"]
             count, once, response = given["nc"], given["cnonce"], given["response"]
-        except (KeyError, ValueError):
+        except (IndexError, KeyError, ValueError):  # parse_keqv_list has no word for an empty value
             return "no"
         password = self._users.get(user)
         if password is None or given.get("qop") != "auth" or given.get("realm") != REALM or uri != target:
             return "no"
         who, what = f"{user}:{REALM}:{password}", f"{method}:{uri}"
         wanted = _hash(f"{_hash(who)}:{nonce}:{count}:{once}:auth:{_hash(what)}")
-        if not hmac.compare_digest(wanted.encode(), response.lower().encode()):
+        if not hmac.compare_digest(wanted.encode(), _bytes(response.lower())):
             return "no"
         made = nonce.partition(":")[0]
         try:
             age = time.time() - float(made)
         except ValueError:
             return "stale"
-        fresh = age < NONCE_SECONDS and hmac.compare_digest(self._signed(made).encode(), nonce.encode())
+        fresh = age < NONCE_SECONDS and hmac.compare_digest(_bytes(self._signed(made)), _bytes(nonce))
         return "yes" if fresh else "stale"
 
     def _nonce(self, now: float) -> str:
         return self._signed(f"{now:.3f}")
 
     def _signed(self, made: str) -> str:
-        return f"{made}:{hmac.new(self._secret, made.encode(), 'sha256').hexdigest()[:32]}"
+        return f"{made}:{hmac.new(self._secret, _bytes(made), 'sha256').hexdigest()[:32]}"
 
 
 class Basic:
@@ -84,4 +84,9 @@ class Basic:
 
 
 def _hash(text: str) -> str:
-    return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
+    return hashlib.md5(_bytes(text), usedforsecurity=False).hexdigest()
+
+
+def _bytes(text: str) -> bytes:
+    """Return what a header's text was: bytes that are no UTF-8 stand in it as surrogates."""
+    return text.encode(errors="surrogateescape")

@@ -168,10 +168,10 @@ def _mode(controller: Controller, href: str) -> Watch:
 
 
 def _speed(controller: Controller, href: str) -> Watch:
-    """The speed of all motions in percent."""
+    """The speed of its robots' motions in percent."""
 
     def read() -> Item:
-        percent = round(100.0 * controller.client.speed_factor)
+        percent = round(100.0 * controller.speed)
         return Item("pnl-speedratio-ev", "speedratio", {"speedratio": percent}, href)
 
     return StateWatch(read)

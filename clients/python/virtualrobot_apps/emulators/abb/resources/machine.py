@@ -46,8 +46,8 @@ def _mode(call: Call) -> list[Item]:
 
 @resource("GET", "/rw/panel/speedratio")
 def _speed(call: Call) -> list[Item]:
-    """`speedratio`: the kernel's factor for all motions, in percent."""
-    return [Item("pnl-speedratio", "speedratio", {"speedratio": round(100.0 * call.controller.client.speed_factor)})]
+    """`speedratio`: the factor by which the kernel slows the controller's robots, in percent."""
+    return [Item("pnl-speedratio", "speedratio", {"speedratio": round(100.0 * call.controller.speed)})]
 
 
 @resource("POST", "/rw/panel/speedratio", "setspeedratio", second="/rw/panel/speedratio?action=setspeedratio")
@@ -56,7 +56,7 @@ def _set_speed(call: Call) -> None:
     percent = _number(call.needs("speed-ratio"))
     if not 0.0 < percent <= 100.0:
         raise Refused("INVALIDARG", f"speed-ratio is above 0 and at most 100, not {percent:g}")
-    call.controller.client.speed_factor = percent / 100.0
+    call.controller.speed = percent / 100.0
 
 
 @resource("GET", "/rw/motionsystem/mechunits")
