@@ -19,7 +19,7 @@ _EXAMPLES = """
 \b
 Examples:
   virtualrobot program export cell.yaml --as rapid --robot arm
-  virtualrobot program export cell.yaml --as krl --signal "gripper=$OUT[1]" --tool-state closed=gripper
+  virtualrobot program export cell.yaml --as krl --signal 'gripper=$OUT[1]' --tool-state closed=gripper
   virtualrobot program export cell.yaml --as urscript --signal "gripper=standard_out[0]" -o cell.script
   virtualrobot program import cell.mod --robot arm -o again.yaml
   virtualrobot program curves hood.vda --as rapid --curve C1 --tool-axis 0,0,-1 --speed 0.05
