@@ -112,7 +112,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "environment": ("gymnasium",),
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
-            "ray_engine": ("ray",),
+            "ray_engine": ("ray", "grpc"),
             "report": ("pyarrow",),
             "searching": ("cma", "optuna"),
             "stores": ("obstore",),

@@ -70,7 +70,8 @@ def test_what_has_done_nothing_may_begin_anew(tmp_path: Path) -> None:
     (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup)
     asked = ["run", str(study.file), "--folder", str(tmp_path / "out"), "--workers", "0"]
     failed = CliRunner().invoke(command, asked)
-    assert failed.exit_code == 1 and "no camera" in str(failed.exception)
+    told = f"the setup cells:begin fails: OSError: no camera ({tmp_path}/in/cells.py:7)"
+    assert failed.exit_code == 1 and told == str(failed.exception)
     (tmp_path / "in" / "cells.py").write_text(FUNCTION + setup.replace("raise", "return"))
     mended = CliRunner().invoke(command, asked)
     assert mended.exit_code == 0 and f"{CELLS} of {CELLS} cells, {FAILED} failed" in mended.output
@@ -143,6 +144,35 @@ def test_a_cell_that_fails_keeps_its_traceback(tmp_path: Path) -> None:
     assert (row["status"], row["x"], row["y"]) == ("failed", 5.0, None)
     assert row["error"].endswith("ValueError: no <solution> for 5.0\n")
     assert 'raise ValueError(f"no <solution>' in row["error"]
+
+
+@pytest.mark.parametrize(
+    ("asks", "unasked"),
+    [
+        ("p['x']", ("u", "v")),
+        ("p.get('u', 0) if 'x' in p else 0", ("v",)),
+        ("p['v'] if cell.number == 11 else p['u']", ("x",)),
+        ("len({**p})", ()),
+        ("len(dict(p))", ()),
+        ("len(list(p.items()))", ()),
+        ("len(list(p.values()))", ()),
+        ("len(p | {'w': 1})", ()),
+        ("p.get('w', 3)", ("x", "u", "v")),
+    ],
+)
+def test_parameters_that_no_cell_asks_for_are_told(tmp_path: Path, asks: str, unasked: tuple[str, ...]) -> None:
+    text = "schema_version: 1\nfunction: cells:f\nblock: 5\nparameters:\n  x: {list: [1, 2, 3]}\n"
+    text += "  u: {list: [4, 5]}\n  v: {list: [6, 7]}\nresults: {y: number}\n"
+    function = f"def f(cell):\n    p = cell.parameters\n    return {{'y': {asks}}}\n"
+    progress, _ = done(written(tmp_path / "in", text, function), tmp_path / "out")
+    assert progress.done == 12 and not progress.failed and progress.unasked == unasked
+
+
+def test_a_parameter_that_is_missing_is_named(tmp_path: Path) -> None:
+    text = "schema_version: 1\nfunction: cells:f\nparameters: {turn: {list: [1]}}\nresults: {y: number}\n"
+    function = "def f(cell):\n    return {'y': cell.parameters['turns']}\n"
+    progress, _ = done(written(tmp_path / "in", text, function), tmp_path / "out")
+    assert "the study file has no parameter 'turns'" in progress.failure
 
 
 @pytest.mark.parametrize(
@@ -388,10 +418,14 @@ def test_the_command_line_runs_resumes_and_reports(
         said("resume", "study.yaml")
     _, output, errors = said("run", "study.yaml", "--workers", "0")
     assert output == "200 of 200 cells, 20 failed, 0 killed; results in study/cells\n"
-    assert re.fullmatch(r"first failure: cell (5|15)\d: ValueError: no <solution> for \1.0\n", errors)
+    failure, unasked = errors.splitlines()
+    assert re.fullmatch(r"first failure: cell (5|15)\d: ValueError: no <solution> for \1.0", failure)
+    assert unasked == "no cell has asked for the parameter 'u': does the function know it by this name?"
     with pytest.raises(WrongStateError, match="study has 200 of 200 cells already"):
         said("run", "study.yaml")
     assert said("status", "study.yaml")[1] == "200 of 200 cells, 20 failed, 0 killed\n"
+    assert said("cancel", "study.yaml")[1] == "all 200 cells are done: there is nothing to end\n"
+    assert not Path("study/cancel").exists()
     told = json.loads(said("status", "study.yaml", "--json")[1])
     digest = Parts(Path("study"), read_study(Path("study.yaml"))).digest()
     assert told == {"cells": 200, "done": 200, "failed": 20, "killed": 0, "sha256": digest}

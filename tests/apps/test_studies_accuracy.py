@@ -107,5 +107,5 @@ def test_why_there_is_none_is_told() -> None:
         positions=np.zeros((1, 3)), free=np.array([False]), touching=(("elbow", "table"),)
     )
     assert told(touching)["reason"] == "elbow touches table"
-    with pytest.raises(ValueError, match="joints is a standard deviation, not -1"):
+    with pytest.raises(ValueError, match="joints is 0 or more, not -1"):
         told(Shoulder(np.array([0.5, 0.2, 0.3])), joints=-1.0)

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import click
+import grpc
 import pytest
 from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.studies import ray_engine
@@ -46,6 +47,13 @@ class RayTaskError(RayError):
         """Keep what it raised."""
         super().__init__(str(cause))
         self.cause = cause
+
+
+class Broken(grpc.RpcError):
+    """End of the connection to a head that is gone, as Ray's client tells it."""
+
+    def details(self) -> str:
+        return "Socket closed"
 
 
 @dataclass(eq=False)
@@ -184,7 +192,11 @@ def test_workers_are_as_many_as_are_asked_for_or_there(imitated: Callable[..., I
             RayTaskError(OSError(28, "No space left on device")),
             "cannot be written: No space left on device; what is done",
         ),
-        (ConnectionError("the head does not answer"), "the Ray cluster at local has gone: the head does not answer"),
+        (
+            ConnectionError("the head does not answer"),
+            "the Ray cluster at local has gone: the head does not answer; wh",
+        ),
+        (Broken(), "the Ray cluster at local has gone: Socket closed; what is done stays"),
     ],
 )
 def test_what_no_other_try_would_mend_ends_the_run(

@@ -164,3 +164,10 @@ def test_quantiles_have_the_intervals_of_the_binomial_law(rng: np.random.Generat
     assert found.nearly_most_interval is not None
     assert found.nearly_most_interval[0] < 949.0 < found.nearly_most_interval[1]
     assert summary.summarize(np.arange(1000.0), independent=False).nearly_most_interval is None
+
+
+@pytest.mark.parametrize("name", ["joints", "base", "part", "base_angle", "part_angle", "tolerance", "tolerance_angle"])
+def test_what_is_below_0_is_refused(name: str) -> None:
+    parameters = {"robot": "gantry", "target": "part", "tolerance": 1.0} | {name: -1e-3}
+    with pytest.raises(ValueError, match=f"{name} is 0 or more, not -0.001"):
+        hit(Cell(0, parameters, generator(1, 0), Gantry(0.0), None))

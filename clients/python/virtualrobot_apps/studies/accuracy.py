@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.parameters import Floats, check_deviations
 from virtualrobot_apps.studies.placement import OUT_OF_REACH, touches
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import KinematicErrors, World
@@ -37,8 +37,7 @@ def accuracy(cell: Cell) -> dict[str, float | str | None]:
     world: World = cell.shared
     world.restore()
     parameters = cell.parameters
-    if parameters["joints"] < 0.0:
-        raise ValueError(f"joints is a standard deviation, not {parameters['joints']:g}")
+    check_deviations(parameters, "joints")
     pose = world.pose(parameters["target"])
     pose[:3, 3] += [parameters.get(name, 0.0) for name in ("dx", "dy", "dz")]
     found = world.postures(parameters["robot"], pose[None])

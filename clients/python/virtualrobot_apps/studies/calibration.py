@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.parameters import Floats, check_deviations
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import KinematicErrors, World
 
@@ -33,6 +33,7 @@ def calibrate(cell: Cell) -> dict[str, float | None]:
     robot, parameters = cell.parameters["robot"], cell.parameters
     if parameters["postures"] < 1:
         raise ValueError(f"postures is 1 or more, not {parameters['postures']:g}")
+    check_deviations(parameters, "noise", "lengths", "angles")
     chain, limits = world.kinematic_errors(robot), world.joint_limits(robot)
     planted = cell.rng.normal(size=(chain.count // 6, 6)) * np.repeat([parameters["lengths"], parameters["angles"]], 3)
     postures, unused = (drawn(cell.rng, limits, int(count)) for count in (parameters["postures"], _UNUSED))

@@ -125,10 +125,14 @@ def status(file: Path, folder: str | None, as_json: bool) -> None:
 @FOLDER
 def cancel(file: Path, folder: str | None) -> None:
     """End the run of a study after the blocks that are running; it may be resumed."""
+    from virtualrobot_apps.studies.parts import Parts
     from virtualrobot_apps.studies.running import CANCEL
     from virtualrobot_apps.studies.stores import store_of
 
-    _, where = _found(file, folder)
+    found, where = _found(file, folder)
+    if (done := Parts(where, found).counts().done) == found.cells.count:
+        click.echo(f"all {done} cells are done: there is nothing to end")
+        return
     try:
         store_of(where).write(CANCEL, b"")
     except OSError as error:
@@ -271,6 +275,9 @@ def _do(file: Path, folder: str | None, workers: int | None, on: str, resume: bo
             forget(job)
         raise
     click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {store_of(where).where('cells')}")
+    if progress.unasked:
+        names = " or ".join(map(repr, progress.unasked))
+        click.echo(f"no cell has asked for the parameter {names}: does the function know it by this name?", err=True)
     if progress.done < progress.cells:
         click.echo(f"cancelled: 'virtualrobot study resume {file}' goes on", err=True)
         raise SystemExit(1)

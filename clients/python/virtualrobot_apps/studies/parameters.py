@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -219,3 +219,10 @@ def check_law(law: str, settings: Mapping[str, float]) -> None:
     if not np.isfinite(made.ppf(np.array([0.25, 0.75]), **settings)).all():
         said = ", ".join(f"{name} {value:g}" for name, value in settings.items())
         raise ValueError(f"there is no law {law!r} with {said}; scipy.stats.{law} tells what its values may be")
+
+
+def check_deviations(parameters: Mapping[str, Any], *names: str) -> None:
+    """Raise ValueError for the first of some parameters that is below 0, which no deviation or tolerance is."""
+    for name in names:
+        if (value := parameters.get(name, 0.0)) < 0.0:
+            raise ValueError(f"{name} is 0 or more, not {value:g}")

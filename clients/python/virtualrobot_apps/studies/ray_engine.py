@@ -7,6 +7,7 @@ from node to node, and what Ray forgets as a node dies is in the folder already.
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import grpc
 from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.studies.engines import THREADS, Ends, Lost
@@ -49,6 +51,7 @@ class Ray:
         self._address, self._most = address, workers
         if ray.is_initialized():
             raise WrongStateError("this process is at a Ray cluster already: leave it by `ray.shutdown()`")
+        logging.getLogger("ray").setLevel(logging.WARNING)
         before = dict(os.environ)
         try:
             if address == OWN:
@@ -93,8 +96,12 @@ class Ray:
                     except exceptions.RayError as error:
                         answer = Lost(" ".join(f"{type(error).__name__}: {error}".split()))
                     yield block, answer
-        except ConnectionError as error:
-            raise WrongStateError(f"the Ray cluster at {self._address} has gone: {error}") from error
+        except (ConnectionError, grpc.RpcError) as error:
+            said = getattr(error, "details", lambda: error)()  # of a call, its words
+            raise WrongStateError(
+                f"the Ray cluster at {self._address} has gone: {said}; what is done stays, and 'virtualrobot study "
+                "resume' goes on, there or elsewhere"
+            ) from error
         finally:
             self._ray.shutdown()
 

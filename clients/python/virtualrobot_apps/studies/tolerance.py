@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from virtualrobot.geometry import rotation_from_vector, turn_between
 
-from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.parameters import Floats, check_deviations
 from virtualrobot_apps.studies.placement import margins
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import World
@@ -30,9 +30,10 @@ def hit(cell: Cell) -> dict[str, float]:
     their tolerances; `free`, whether the arm touches nothing there.
 
     Raises:
-        ValueError: when no posture for the target is free.
+        ValueError: when no posture for the target is free, or a deviation is below 0.
     """
     world, parameters = cell.shared, cell.parameters
+    check_deviations(parameters, "joints", "base", "part", "base_angle", "part_angle", "tolerance", "tolerance_angle")
     world.restore()
     robot, target = parameters["robot"], parameters["target"]
     told = _told(world, robot, target)

@@ -71,11 +71,46 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """End of a block: the time (s) that it took, how many cells failed, and how the first of these did."""
+    """End of a block.
+
+    Attributes:
+        seconds: the time that it took.
+        failed: how many cells failed.
+        failure: how the first of these did.
+        unasked: names of parameters that no cell has asked for.
+    """
 
     seconds: float
     failed: int = 0
     failure: str = ""
+    unasked: frozenset[str] = frozenset()
+
+
+class Asked(Mapping[str, Value]):
+    """Parameters of a cell by name, which note in a set those that are asked for."""
+
+    def __init__(self, values: Mapping[str, Value], noted: set[str]) -> None:
+        """Take the parameters, and where it is noted."""
+        self._values, self._noted = values, noted
+
+    def __getitem__(self, name: str) -> Value:
+        """Return a parameter; raise KeyError, in words, where the study file has none of that name."""
+        self._noted.add(name)
+        if name not in self._values:
+            raise KeyError(f"the study file has no parameter {name!r}")
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return an iterator over all names."""
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        """Return the number of parameters."""
+        return len(self._values)
+
+    def __or__(self, other: Mapping[str, object]) -> dict[str, object]:
+        """Return these with others in their place or besides."""
+        return {**self, **other}
 
 
 @dataclass(frozen=True)
@@ -123,7 +158,9 @@ def prepare(job: Job) -> tuple[Callable[..., Any], Any]:
     try:
         return function, setup(study.scene)
     except Exception as error:
-        raise InvalidArgumentError(f"the setup {study.setup} fails:\n{_trace(error)}") from error
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        said = f"{type(error).__name__}: {error} ({at.filename}:{at.lineno})"
+        raise InvalidArgumentError(f"the setup {study.setup} fails: {said}") from error
 
 
 def _told(versions: Mapping[str, str]) -> str:
@@ -152,10 +189,10 @@ def work(job: Job, block: Block, in_worker: bool = False) -> Done:
         _prepared.clear()
         _prepared[key] = prepare(job)
     function, shared = _prepared[key]
-    begin, rows, failure = time.perf_counter(), [], ""
+    begin, rows, failure, asked = time.perf_counter(), [], "", set[str]()
     with _watched(parts.trace(block.first, block.last), study.cell_seconds if in_worker else None, in_worker) as watch:
         for number, parameters in zip(range(block.first, block.last), block.parameters(study), strict=True):
-            cell = Cell(number, parameters, generator(study.cells.seed, number), shared, study.scene)
+            cell = Cell(number, Asked(parameters, asked), generator(study.cells.seed, number), shared, study.scene)
             watch()
             begun = time.perf_counter()
             try:
@@ -167,7 +204,8 @@ def work(job: Job, block: Block, in_worker: bool = False) -> Done:
             rows.append(row(number, parameters, results, status, error, seconds))
     failed = sum(one["status"] != OK for one in rows)
     parts.write(rows)
-    return Done(time.perf_counter() - begin, failed, failure)
+    unasked = frozenset(one.name for one in study.cells.parameters) - asked
+    return Done(time.perf_counter() - begin, failed, failure, unasked)
 
 
 def row(
