@@ -97,7 +97,8 @@ class Ray:
                         answer = Lost(" ".join(f"{type(error).__name__}: {error}".split()))
                     yield block, answer
         except (ConnectionError, grpc.RpcError) as error:
-            said = getattr(error, "details", lambda: error)()  # of a call, its words
+            details = getattr(error, "details", None)
+            said = error if details is None else details()
             raise WrongStateError(
                 f"the Ray cluster at {self._address} has gone: {said}; what is done stays, and 'virtualrobot study "
                 "resume' goes on, there or elsewhere"

@@ -44,7 +44,7 @@ class Progress:
         killed: how many have killed their workers.
         left: time (s) until it is done, from and to; None as long as nothing can be said.
         failure: the first error of this run, in a line.
-        unasked: parameters that no cell of this run has asked for, in the order of the file.
+        unasked: parameters that no cell of this run has asked for, in the order of the file; none where all failed.
     """
 
     cells: int
@@ -161,7 +161,8 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     study, parts = job.study, Parts(job.folder, job.study)
     plan = plan_of(study, parts)
     pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
-    progress, unasked = Progress(study.cells.count, *parts.counts()), [one.name for one in study.cells.parameters]
+    progress, names = Progress(study.cells.count, *parts.counts()), [one.name for one in study.cells.parameters]
+    unasked: list[str] | None = None
 
     def following() -> Block | None:
         return None if parts.store.has(CANCEL) else plan.following()
@@ -179,7 +180,8 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                 if isinstance(answer, Done):
                     pace.add(count, answer.seconds)
                     plan.ended(block)
-                    unasked = [name for name in unasked if name in answer.unasked]
+                    if answer.failed < count:  # the others have asked for what they need
+                        unasked = [name for name in (names if unasked is None else unasked) if name in answer.unasked]
                     progress = replace(
                         progress,
                         done=progress.done + count,
@@ -206,7 +208,7 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
         raise WrongStateError(
             f"{job.folder} cannot be written: {said}; what is done stays, and 'virtualrobot study resume' goes on"
         ) from error
-    return replace(progress, unasked=tuple(unasked)) if pace.blocks else progress
+    return replace(progress, unasked=tuple(unasked or ()))
 
 
 def _check_function(job: Job) -> None:
