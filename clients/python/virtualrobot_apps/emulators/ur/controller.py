@@ -109,8 +109,10 @@ class Controller:
         self.inputs: dict[str, object] = {}
         self.registers: dict[str, object] = {}
         self.digital_inputs = self.digital_outputs = self.flags = 0
-        self.analog_inputs, self.analog_outputs = [0.0, 0.0], [0.0, 0.0]
-        """Volts; those of an output that is a current are amperes."""
+        self.analog_inputs, self.analog_shares = [0.0, 0.0], [0.0, 0.0]
+        """Volts of inputs, and shares from 0 to 1 of what outputs give at most."""
+        self.tool: dict[str, float] = {}
+        """What scripts have set of the tool, by its names in RTDE."""
         self.voltages = 0b1111
         """Analog inputs (bits 0, 1) and outputs (2, 3) that are voltages; others are currents."""
         self.slider = 1.0
@@ -305,8 +307,8 @@ class Controller:
             if isinstance(mask, int) and mask >> number & 1:
                 share = float(np.clip(float(self.inputs.get(f"standard_analog_output_{number}", 0.0)), 0.0, 1.0))  # type: ignore[arg-type]
                 voltage = int(self.inputs.get("standard_analog_output_type", 0)) >> number & 1  # type: ignore[call-overload]
-                self.voltages = self.voltages & ~(4 << number) | voltage << 2 + number
-                self.analog_outputs[number] = 10.0 * share if voltage else 0.004 + 0.016 * share
+                self.set_output_domain(number, voltage == 1)
+                self.analog_shares[number] = share
         if values.get("speed_slider_mask"):
             self.slider = float(np.clip(float(self.inputs.get("speed_slider_fraction", 1.0)), 0.0, 1.0))  # type: ignore[arg-type]
 
@@ -358,6 +360,15 @@ class Controller:
         if self.mode is RobotMode.IDLE:
             self._until = self.cycles + STARTING_CYCLES
 
+    def set_output_domain(self, number: int, voltage: bool) -> None:
+        """Make an analog output, 0 or 1, a voltage or a current; its share is as it was."""
+        self.voltages = self.voltages & ~(4 << number) | voltage << 2 + number
+
+    def _analog_output(self, number: int) -> float:
+        """Return the level of an analog output, in volts or amperes."""
+        share = self.analog_shares[number]
+        return 10.0 * share if self.voltages >> 2 + number & 1 else 0.004 + 0.016 * share
+
     def tell(self) -> dict[str, object]:
         """Return what RTDE tells in this cycle, by name; what is missing is 0."""
         positions, velocities = self.body.read()
@@ -390,12 +401,13 @@ class Controller:
             "actual_digital_output_bits": self.digital_outputs,
             "standard_analog_input0": self.analog_inputs[0],
             "standard_analog_input1": self.analog_inputs[1],
-            "standard_analog_output0": self.analog_outputs[0],
-            "standard_analog_output1": self.analog_outputs[1],
+            "standard_analog_output0": self._analog_output(0),
+            "standard_analog_output1": self._analog_output(1),
             "analog_io_types": self.voltages,
             "payload": self.mass,
             "payload_cog": self.center,
             "payload_inertia": self.inertia,
+            **self.tool,
             **self.inputs,
             **self.registers,
         }

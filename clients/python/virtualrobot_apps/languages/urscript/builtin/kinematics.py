@@ -206,6 +206,18 @@ def _set_payload(task: RobotTask, mass: Value, center: Value) -> None:
     _load(task, mass, center)
 
 
+@function("set_payload_mass", "m")
+def _set_payload_mass(task: RobotTask, mass: Value) -> None:
+    """Sets the mass (kg) that the robot carries; its centre is where it was."""
+    _load(task, mass, list(task.controller.center))
+
+
+@function("set_payload_cog", "cog")
+def _set_payload_cog(task: RobotTask, center: Value) -> None:
+    """Sets the centre of what the robot carries (m)."""
+    _load(task, task.controller.mass, center)
+
+
 @function("set_target_payload", "m, cog=none, inertia=none, transition_time=0")
 def _set_target_payload(task: RobotTask, mass: Value, center: Value, inertia: Value, seconds: Value) -> None:
     """Sets the load as set_payload does, and its inertia (kg m^2: xx, yy, zz, xy, xz, yz), at once."""
