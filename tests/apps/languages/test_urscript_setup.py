@@ -1,4 +1,4 @@
-"""What programs of PolyScope set before they begin: told by RTDE, taken where it is so anyway, or refused by value."""
+"""Settings with which programs of PolyScope begin: told by RTDE, taken where it is so anyway, or refused."""
 
 from __future__ import annotations
 

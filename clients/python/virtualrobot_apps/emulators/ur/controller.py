@@ -112,7 +112,7 @@ class Controller:
         self.analog_inputs, self.analog_shares = [0.0, 0.0], [0.0, 0.0]
         """Volts of inputs, and shares from 0 to 1 of what outputs give at most."""
         self.tool: dict[str, float] = {}
-        """What scripts have set of the tool, by its names in RTDE."""
+        """Settings of the tool that scripts have made, by their names in RTDE."""
         self.voltages = 0b1111
         """Analog inputs (bits 0, 1) and outputs (2, 3) that are voltages; others are currents."""
         self.slider = 1.0

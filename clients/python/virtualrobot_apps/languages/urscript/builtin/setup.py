@@ -1,4 +1,4 @@
-"""What a program of PolyScope sets before its first statement: analog inputs and outputs, the tool, gravity, actions.
+"""Settings with which programs of PolyScope begin: analog inputs and outputs, the tool, gravity, actions.
 
 What a setting would change is told by RTDE, or the setting is taken where it is what an emulated arm is anyway; others
 are refused by their value.
