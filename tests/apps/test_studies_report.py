@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot.errors import MalformedFileError
-from virtualrobot_apps.studies.charts import color, is_on_front
+from virtualrobot_apps.studies.charts import color, colors, is_on_front
 from virtualrobot_apps.studies.report import report
 
 from tests.apps.studies import done, written
@@ -88,6 +88,7 @@ def test_colours_are_those_of_viridis() -> None:
     assert [color(value, (2.0, 4.0)) for value in (2.0, 3.0, 4.0)] == ["#440154", "#21918c", "#fde725"]
     assert color(9.0, (2.0, 4.0)) == "#fde725" and color(float("nan"), (2.0, 4.0)) == "#dddddd"
     assert color(1.0, (1.0, 1.0)) == "#21918c"
+    assert colors([3.0, 2.0, 4.0]).tolist() == [[0x21, 0x91, 0x8C], [0x44, 0x01, 0x54], [0xFD, 0xE7, 0x25]]
 
 
 @pytest.mark.parametrize("goals", [2, 3])

@@ -57,12 +57,16 @@ def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) 
 
 def color(value: float, ends: tuple[float, float]) -> str:
     """Return the colour of a value between two ends; that of none for NaN."""
-    if np.isnan(value):
-        return _NONE
-    share = (value - ends[0]) / (ends[1] - ends[0]) if ends[1] > ends[0] else 0.5
-    place = min(max(share, 0.0), 1.0) * (len(_SCALE) - 1)
-    parts = [np.interp(place, range(len(_SCALE)), _SCALE[:, one]) for one in range(3)]
-    return "#" + "".join(f"{round(float(part)):02x}" for part in parts)
+    return _NONE if np.isnan(value) else "#" + colors([value], ends)[0].tobytes().hex()
+
+
+def colors(values: Sequence[float], ends: tuple[float, float] | None = None) -> NDArray[np.uint8]:
+    """Return the colours (n, 3), 0 to 255, of n values between two ends, by default the least and the greatest."""
+    least, most = ends or (min(values), max(values))
+    shares = (np.asarray(values) - least) / (most - least) if most > least else np.full(len(values), 0.5)
+    places = np.clip(shares, 0.0, 1.0) * (len(_SCALE) - 1)
+    parts = [np.interp(places, range(len(_SCALE)), _SCALE[:, one]) for one in range(3)]
+    return np.stack(parts, axis=1).round().astype(np.uint8)
 
 
 def is_on_front(costs: Floats) -> NDArray[np.bool_]:
