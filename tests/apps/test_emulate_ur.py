@@ -88,6 +88,11 @@ def test_poses_are_those_of_the_model_in_the_catalogue(
             np.testing.assert_allclose(arm.tcp, here, atol=2e-3)
 
 
+def test_an_arm_whose_joints_turn_less_is_no_model(kernel: KernelProcess, stubs: Stubs) -> None:
+    with virtualrobot.connect(kernel.address) as client:
+        assert model_of(client.load_robot("model://irb120", name="arm")) is None
+
+
 @pytest.mark.long
 def test_a_program_with_ur_rtde_moves_an_arm(process: ControllerProcess) -> None:
     said = told(MOVES, process.host)

@@ -24,6 +24,9 @@ def model_of(robot: Robot) -> str | None:
     names = robot.joint_names
     if len(names) != _POSTURES.shape[1]:
         return None
+    lower, upper = np.array([(robot.limits[name].lower, robot.limits[name].upper) for name in names]).T
+    if (lower > _POSTURES.min(axis=0)).any() or (upper < _POSTURES.max(axis=0)).any():
+        return None  # the joints of Universal Robots' arms turn further
     flanges = [
         robot.solve_forward(dict(zip(names, posture, strict=True))).world_t_link[robot.flange] for posture in _POSTURES
     ]
