@@ -1,4 +1,4 @@
-"""The page in a room by an emulated headset: how soon a dragged goal is answered, and a press moves the robot.
+"""The page in a room by an emulated headset: how soon a goal is answered, a press moves the robot, and what is drawn.
 
 Chromium tells when frames of the page's socket go and come (`Network.webSocketFrameSent` and `...Received`, whose clock
 is CLOCK_MONOTONIC); where the robot was at which time says the kernel, whose ticks follow the wall clock.
@@ -7,6 +7,7 @@ is CLOCK_MONOTONIC); where the robot was at which time says the kernel, whose ti
 from __future__ import annotations
 
 import base64
+import re
 import struct
 import time
 from collections.abc import Iterator
@@ -18,13 +19,15 @@ import numpy as np
 import virtualrobot
 from playwright.sync_api import Browser, CDPSession, Page, expect
 from virtualrobot import Client
+from virtualrobot_apps.demos.palletizing import cell
 
 from benchmarks.console import LONGEST, Robot, beats, hang, pumped
 from benchmarks.processes import kernel
 from benchmarks.rows import Row, row
+from tests.apps.console import browsing
 from tests.apps.console.browsing import browsers
 from tests.apps.console.consoles import Console, consoles
-from tests.apps.console.headsets import Person, in_room
+from tests.apps.console.headsets import EMULATOR, IWER, Person, in_room
 from tests.waiting import until
 
 ROUNDS = 10
@@ -33,8 +36,59 @@ WAY = (-0.1, -0.08, 0.06)
 STEPS = 200
 """Places at which the goal is while it is dragged along its way, one for each picture of the headset."""
 
+SLOWLY = 0.2
+"""Speed factor of the cell, with which the short way takes so long that a page may hang on it."""
+
 INVERSE, PRESS = 0.033, 0.060
 """Times (s) that are promised: from a goal to its posture, and from the trigger to the tick of the first movement."""
+
+CALLS, TRIANGLES, FRAME = 50, 300e3, 0.003
+"""Draw calls and triangles of an eye's picture of the demo's cell at most, and the page's time (s) for a frame."""
+EYES = 2
+
+COUNTED = """
+window.drawn = { calls: 0, triangles: 0 };
+const count = (mode, corners) => {
+  drawn.calls++;
+  if (mode === WebGL2RenderingContext.TRIANGLES) drawn.triangles += corners / 3;
+};
+const context = WebGL2RenderingContext.prototype;
+const wrap = (owner, name, corners) => {
+  const was = owner[name];
+  owner[name] = function (...given) {
+    count(given[0], corners(given));
+    return was.apply(this, given);
+  };
+};
+wrap(context, "drawElements", (given) => given[1]);
+wrap(context, "drawArrays", (given) => given[2]);
+wrap(context, "drawElementsInstanced", (given) => given[1] * given[4]);
+wrap(context, "drawArraysInstanced", (given) => given[2] * given[3]);
+const extension = context.getExtension, wrapped = new Set();
+context.getExtension = function (name) {
+  const found = extension.call(this, name);
+  if (name === "WEBGL_multi_draw" && found && !wrapped.has(found)) {
+    wrapped.add(found);
+    const sum = (counts, first, many) => counts.slice(first, first + many).reduce((one, more) => one + more, 0);
+    wrap(found, "multiDrawElementsWEBGL", (given) => sum(given[1], given[2], given.at(-1)));
+  }
+  return found;
+};
+"""
+"""Counts what WebGL is told to draw."""
+FRAMES = """() => new Promise((done) => {
+  const frames = [], { prototype } = XRSession, was = prototype.requestAnimationFrame;
+  prototype.requestAnimationFrame = function (draw) {
+    return was.call(this, (...given) => {
+      window.drawn = { calls: 0, triangles: 0 };
+      const since = performance.now();
+      draw(...given);
+      frames.push([drawn.calls, drawn.triangles, performance.now() - since]);
+      if (frames.length === 50) done(frames);
+    });
+  };
+})"""
+"""Gives what 50 frames of a headset draw: calls, triangles and the page's time, ms."""
 
 HEAD = struct.Struct(">IB")
 BEGIN, END = 0, 2
@@ -83,6 +137,9 @@ def proposed(
     """Give a person who points at Hold to run, and how long (s) each of the goals on the way there took."""
     client.stop()
     until(lambda: not client.motions())
+    for one in client.proposals.list():
+        if one.state == "proposed":
+            client.proposals.reject(one)
     arm = client.robots["iiwa"]
     arm.set_positions(HERE)
     with in_room(browser, console, "iiwa") as person:
@@ -121,14 +178,25 @@ def hang_seconds(browser: Browser, console: Console, client: Client) -> float:
         robot.end()
 
 
+def drawn(console: Console) -> tuple[float, float, float]:
+    """Return calls, triangles and the page's time (s) of a headset's frame, medians of 50: of both eyes."""
+    script = IWER.read_text("utf-8") + EMULATOR + COUNTED
+    with browsers() as browser, browsing.opened(browser, console.url + browsing.PLAIN, script=script) as page:
+        page.locator('.view .canvas[aria-busy="false"]').wait_for()
+        page.get_by_role("toolbar", name="View").get_by_title(re.compile("^Augmented reality")).click()
+        calls, triangles, milliseconds = np.median(page.evaluate(FRAMES), axis=0)
+    return calls, triangles, 1e-3 * milliseconds
+
+
 def run() -> list[Row]:
-    """Return the time of a dragged goal, of a press, and of a page that hangs."""
+    """Return the time of a dragged goal, of a press, of a page that hangs, and what is drawn of the demo's cell."""
     with (
         kernel("--headless") as (address, _),
         virtualrobot.connect(address) as client,
         consoles(address) as console,
     ):
         client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+        client.speed_factor = SLOWLY
         with browsers() as browser, proposed(browser, console, client, STEPS) as (_, solved):
             inverse, count = np.quantile(solved, 0.95), len(solved)
         with browsers() as browser:
@@ -137,6 +205,9 @@ def run() -> list[Row]:
         for _ in range(ROUNDS):
             with browsers() as browser:
                 hangs.append(hang_seconds(browser, console, client))
+        client.scene.remove("iiwa")
+        cell.load(client)
+        calls, triangles, frame = drawn(console)
     promised = "what is promised"
     return [
         row(
@@ -154,4 +225,7 @@ def run() -> list[Row]:
             *(1e3 * max(hangs), 1e3 * LONGEST, promised, "ms", 1.0),
             note=f"worst of {ROUNDS}; median {1e3 * np.median(hangs):.0f} ms",
         ),
+        row("the demo's cell in a headset: draw calls an eye", calls / EYES, CALLS, promised, "calls", 1.0),
+        row("the same: triangles an eye", triangles / EYES, TRIANGLES, promised, "triangles", 1.0),
+        row("the same: the page's time for a frame", 1e3 * frame, 1e3 * FRAME, promised, "ms", 1.0, "median of 50"),
     ]
