@@ -116,7 +116,7 @@ def test_what_can_not_be_parsed_is_told() -> None:
         laid("MODULE A\nENDPROC\nENDMODULE")
 
 
-@pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "latin-1", "gb18030"])
+@pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "utf-16", "latin-1", "gb18030"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_a_file_keeps_its_code_and_its_line_ends(code: str, end: str) -> None:
     text = "! 机器人\n! 3\n" if code == "gb18030" else "! Größe\n! 3\n"

@@ -114,9 +114,11 @@ def test_a_head_of_old_files_is_left_out() -> None:
         ("\ufeffä".encode(), "ä"),
         ("! Größe: 3 µm".encode("latin-1"), "! Größe: 3 µm"),
         ("! 机器人".encode("gb18030"), "! 机器人"),
+        ("\ufeff! 机器人".encode("utf-16-le"), "! 机器人"),
+        ("\ufeff! 机器人".encode("utf-16-be"), "! 机器人"),
     ],
 )
-def test_files_of_three_codes_are_read(data: bytes, text: str) -> None:
+def test_files_of_several_codes_are_read(data: bytes, text: str) -> None:
     assert decoded(data) == text
 
 

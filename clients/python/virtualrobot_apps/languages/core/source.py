@@ -34,6 +34,9 @@ class Source:
         return at - self._starts[self.line(at) - 1] + 1
 
 
+_MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+
+
 def read_source(file: Path) -> Source:
     """Return the text of a file; raises MissingFileError where it can't be read."""
     try:
@@ -44,26 +47,32 @@ def read_source(file: Path) -> Source:
 
 def decoded(data: bytes) -> str:
     """Return the text of a file, in the code that its bytes have."""
-    return data.decode(code_of(data))
+    mark, code = code_of(data)
+    return data[len(mark) :].decode(code, "replace")
 
 
 def encoded_like(text: str, data: bytes) -> bytes:
     """Return a text with line feeds in the code and with the line ends of a file's bytes."""
-    if b"\r\n" in data:
+    mark, code = code_of(data)
+    if "\r\n" in decoded(data):
         text = text.replace("\n", "\r\n")
-    return text.encode("utf-8-sig" if data.startswith(codecs.BOM_UTF8) else code_of(data).removesuffix("-sig"))
+    return mark + text.encode(code)
 
 
-def code_of(data: bytes) -> str:
-    """Return the code of a file: UTF-8 where its bytes are that, else GB 18030 if they can be Chinese, else ISO 8859-1.
+def code_of(data: bytes) -> tuple[bytes, str]:
+    """Return the byte order mark with which a file begins, and its code: that of the mark, or as its bytes look.
 
-    Controllers write ISO 8859-1, in which every byte is a letter. Letters of GB 18030 come in pairs of bytes above
-    0x80, and a letter of a European language stands alone among ASCII.
+    They are UTF-8 where they can be, else GB 18030 if they can be Chinese, else ISO 8859-1. Controllers write
+    ISO 8859-1, in which every byte is a letter. Letters of GB 18030 come in pairs of bytes above 0x80, and a letter of
+    a European language stands alone among ASCII.
     """
+    for mark, code in _MARKS.items():
+        if data.startswith(mark):
+            return mark, code
     high = [False, *(byte > 0x7F for byte in data), False]
     alone = any(one and not (high[at] or high[at + 2]) for at, one in enumerate(high[1:-1]))
-    for code in ("utf-8-sig",) if alone else ("utf-8-sig", "gb18030"):
+    for code in ("utf-8",) if alone else ("utf-8", "gb18030"):
         with suppress(UnicodeDecodeError):
             data.decode(code)
-            return code
-    return "latin-1"
+            return b"", code
+    return b"", "latin-1"
