@@ -15,6 +15,7 @@ from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.studies.engines import Ends, Local, Lost
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.running import Progress, open_job, run
+from virtualrobot_apps.studies.study_file import read_study
 from virtualrobot_apps.studies.work import Block, Job, work
 
 from tests.apps.studies import done, written
@@ -40,20 +41,30 @@ HARMLESS = FUNCTION.format(fault="pass")
 
 
 class Dying:
-    """Engine of one worker, which dies in each block that has one of the cells `deadly`; it notes what it was given."""
+    """Engine of one worker, which dies in each block that has one of the cells `deadly`; it notes what it was given.
+
+    Before so many blocks as `sick` says it dies at first without a trace, as on a node that lacks something.
+    """
 
     workers = 1
 
-    def __init__(self, *deadly: int) -> None:
+    def __init__(self, *deadly: int, sick: int = 0) -> None:
         """Choose the cells."""
-        self.deadly = deadly
+        self.deadly, self.sick = deadly, sick
         self.given: list[Block] = []
 
     def run(self, job: Job, following: Callable[[], Block | None]) -> Ends:
         """Do blocks one after the other."""
         while (block := following()) is not None:
             self.given.append(block)
-            yield block, Lost("it died") if set(range(block.first, block.last)) & set(self.deadly) else work(job, block)
+            if self.sick:
+                self.sick -= 1
+                yield block, Lost("it has no memory")
+            elif set(range(block.first, block.last)) & set(self.deadly):
+                Parts(job.folder, job.study).trace(block.first, block.last).touch()
+                yield block, Lost("it died")
+            else:
+                yield block, work(job, block)
 
 
 def test_a_block_that_kills_its_worker_is_halved_until_the_cell_is_named(tmp_path: Path) -> None:
@@ -70,6 +81,17 @@ def test_where_all_workers_die_it_is_not_the_cells(tmp_path: Path) -> None:
     study = written(tmp_path / "in", STUDY.format(count=200), HARMLESS)
     with pytest.raises(WrongStateError, match="40 workers died, and none has done anything: it died"):
         done(study, tmp_path / "out", Dying(*range(200)))
+
+
+def test_a_worker_that_dies_before_a_cell_is_none_of_the_cells_fault(tmp_path: Path) -> None:
+    text = STUDY.format(count=16)
+    _, expected = done(written(tmp_path / "in", text, HARMLESS), tmp_path / "expected")
+    engine = Dying(sick=39)
+    progress, parts = done(read_study(tmp_path / "in" / "study.yaml"), tmp_path / "out", engine)
+    assert (progress.done, progress.killed) == (16, 0) and parts.digest() == expected.digest()
+    assert [block[:2] for block in engine.given[:40]] == 40 * [engine.given[0][:2]]
+    with pytest.raises(WrongStateError, match="40 workers in a row died before they came to a cell: it has no memory"):
+        done(read_study(tmp_path / "in" / "study.yaml"), tmp_path / "again", Dying(sick=40))
 
 
 @pytest.mark.long

@@ -112,7 +112,10 @@ class Imitation:
     def get(self, task: Reference) -> object:
         self.under_way -= 1
         if self.ends.get(task.block.first):
-            raise self.ends[task.block.first].pop()
+            error = self.ends[task.block.first].pop()
+            if not isinstance(error, RayTaskError):  # it dies in a cell
+                Parts(task.job.folder, task.job.study).trace(task.block.first, task.block.last).touch()
+            raise error
         return self.work(task.job, task.block)
 
 

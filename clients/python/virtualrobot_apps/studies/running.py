@@ -26,7 +26,7 @@ from virtualrobot_apps.studies.work import KILLED, Block, Done, Job, prepare, ro
 ATTEMPTS = 3
 """Deaths of workers in one cell after which it is named as the cause."""
 _MOST_DEATHS = 40
-"""Deaths of workers without a single block that was done, after which it isn't cells that kill them."""
+"""Deaths of workers without a single block that was done, or in a row before a cell, after which it isn't cells."""
 _LEAST_BLOCKS = 3
 STAMP, PROGRESS, CANCEL = "study.json", "progress.json", "cancel"
 """Files beside the cells: what they have in common, what is left, and that somebody wants it to end."""
@@ -151,7 +151,8 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     """Do all cells that are missing, unless somebody cancels it, and return how far it is then.
 
     Blocks go in an order that is drawn, so that the first results, and their times, speak for all. A block whose worker
-    dies is halved until one cell is left; one in which ATTEMPTS workers die is kept as killed, with how.
+    dies is halved until one cell is left; one in which ATTEMPTS workers die is kept as killed, with how. A worker that
+    dies before it comes to a cell, as on a node that lacks something, is none of the cells' fault.
 
     Raises:
         WrongStateError: when results can't be written, a worker has other versions, or all workers die; what is done
@@ -160,7 +161,7 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     """
     study, parts = job.study, Parts(job.folder, job.study)
     plan = plan_of(study, parts)
-    pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
+    pace, deaths, lost, idle, told = Pace(engine.workers), Counter[int](), 0, 0, 0.0
     progress, names = Progress(study.cells.count, *parts.counts()), [one.name for one in study.cells.parameters]
     unasked: list[str] | None = None
 
@@ -173,11 +174,15 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
         with closing(engine.run(job, following)) as ended:
             for block, answer in ended:
                 count = block.last - block.first
+                has_begun = _has_begun(job, parts, block)
                 if isinstance(answer, Lost):
-                    lost += 1
+                    lost, idle = lost + 1, 0 if has_begun else idle + 1
+                    if idle >= _MOST_DEATHS:
+                        raise WrongStateError(f"{idle} workers in a row died before they came to a cell: {answer.how}")
                     if lost >= _MOST_DEATHS and not pace.blocks:
                         raise WrongStateError(f"{lost} workers died, and none has done anything: {answer.how}")
                 if isinstance(answer, Done):
+                    idle = 0
                     pace.add(count, answer.seconds)
                     plan.ended(block)
                     if answer.failed < count:  # the others have asked for what they need
@@ -188,11 +193,14 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                         failed=progress.failed + answer.failed,
                         failure=progress.failure or answer.failure,
                     )
+                elif not has_begun:
+                    plan.again(block)
                 elif count > 1:
                     plan.again(*block.halves())
                 else:
                     deaths[block.first] += 1
                     if deaths[block.first] < ATTEMPTS:
+                        parts.trace(block.first, block.last).unlink(missing_ok=True)
                         plan.again(block)
                     else:
                         parts.write([_killed(job, parts, block, answer)])
@@ -214,6 +222,14 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
 def _check_function(job: Job) -> None:
     """Look for the function before workers start: what is wrong is told at once. The setup is theirs to call."""
     prepare(replace(job, study=replace(job.study, setup=""), source=source_of(replace(job.study, setup=""))))
+
+
+def _has_begun(job: Job, parts: Parts, block: Block) -> bool:
+    """Return whether a worker that died has come to a cell of a block: who did left a trace, here or beside a bucket.
+
+    Of what is in a bucket the trace may be on another machine: there it is taken for granted.
+    """
+    return not isinstance(job.folder, Path) or parts.trace(block.first, block.last).is_file()
 
 
 def _killed(job: Job, parts: Parts, block: Block, lost: Lost) -> dict[str, Any]:
