@@ -153,6 +153,16 @@ def test_a_sensor_reads_while_it_is_watched_and_each_reading_is_told(stepped: St
     assert until_state(stepped, STOPPED)
 
 
+def test_a_sensor_that_was_watched_before_tells_its_first_readings_again(stepped: Stubs) -> None:
+    apply(stepped, ball(), sensor(pattern=FAN, rate_hertz=50.0))
+    for _ in range(2):
+        with closing(Readings(stepped, sensors=["lidar"], every_reading=True, run=True)) as watch:
+            step(stepped, 60)
+            told = [one for one in watch.next(11) if one.state == RUNNING]
+            assert [one.number for one in told][:10] == list(range(1, 11))
+        assert until_state(stepped, STOPPED)
+
+
 def until_state(stubs: Stubs, state: int) -> bool:
     """Return whether a sensor comes into a state: what a cancelled call ends is done soon after it."""
     return any(status(stubs).state == state for _ in range(1000))

@@ -212,7 +212,9 @@ def _removed(last: Reading) -> Reading:
 
 
 def _is_newer(one: Reading, before: Reading) -> bool:
-    return one is not before and one.snapshot.revision >= before.snapshot.revision and one.number >= before.number
+    """Return whether a reading was told after another one; numbers don't say it, as they begin anew with each start."""
+    at, then = ((told.snapshot.revision, told.snapshot.state.tick) for told in (one, before))
+    return at > then or (at == then and one is not before and one.content is None)  # what has stopped since
 
 
 def _lost(before: Reading | None, one: Reading) -> int:
