@@ -78,7 +78,8 @@ def connect(
     try:
         host, port = split_address(address)
         file = None if token_file is None else Path(token_file)
-        token, origin = (checked_token(token, "token"), "the argument") if token else find_token(port, file)
+        given = checked_token(token, "token") if token else ""
+        token, origin = (given, "the argument") if given else find_token(port, file)
     except ValueError as error:
         raise InvalidArgumentError(str(error)) from error
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
@@ -108,4 +109,6 @@ def connect(
     except BaseException:
         channel.close()
         raise
+    if not given:
+        channel.find_token = lambda: find_token(port, file)[0]
     return Client(channel, target, KernelInfo.of(info))

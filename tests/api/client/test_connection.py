@@ -40,6 +40,23 @@ def test_the_token_of_the_same_user_is_found(start_kernel: StartKernel, monkeypa
     assert not file.exists()
 
 
+def test_a_client_finds_the_new_token_of_a_kernel_that_was_started_again(
+    start_kernel: StartKernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
+    kernel = start_kernel(no_token=False)
+    file = session.token_path(session.split_address(kernel.address)[1])
+    token = file.read_text()
+    with virtualrobot.connect(kernel.address) as client, virtualrobot.connect(kernel.address, token.strip()) as given:
+        assert kernel.end() == 0
+        start_kernel("--port", kernel.address.rpartition(":")[2], no_token=False)
+        assert file.read_text() != token
+        assert client.scene.nodes()
+        assert next(iter(client.scene.watch()))
+        with pytest.raises(virtualrobot.AuthenticationError):  # whoever names one means that one
+            given.scene.nodes()
+
+
 def test_a_wrong_or_missing_token_is_told(
     guarded: KernelProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -58,6 +58,7 @@ TOLD_AFTER_SECONDS, TOLD_EVERY_SECONDS = 0.5, 0.25
 """Time after which a call is told of, and from then on from one time to the next."""
 
 _CLOSE_SECONDS = 1.0
+_TOKEN_KEY = "authorization"
 _RECONNECT_MILLISECONDS = 200
 _OVER_MESSAGE_LIMIT = re.compile(r"SERVER: Received message larger than max \((\d+) vs")
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
@@ -152,13 +153,15 @@ class Channel:
         self._channel = channel
         self._address = address
         # Never changed but replaced, since other threads call meanwhile.
-        self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
+        self._metadata: tuple[tuple[str, str], ...] = ((_TOKEN_KEY, f"Bearer {token}"),) if token else ()
         if name:
             self._metadata = (*self._metadata, (NAME_KEY, name.encode("ascii", "backslashreplace").decode()))
         self._timeout_seconds = timeout_seconds
         self.descriptions = Descriptions()
         self.listener: Listener | None = None
         self.on_progress: OnProgress | None = None
+        self.find_token: Callable[[], str] | None = None
+        """Reads the token again from where it came; a kernel that was started anew may have another one."""
         self.kept_out: int | None = None
         """Thread that must not wait for a kernel: that of an event loop."""
         self._closed = self._answered = False
@@ -216,10 +219,11 @@ class Channel:
                 try:
                     answer = ask(call, request, timeout=limit, metadata=self._metadata)
                 except grpc.RpcError as error:
-                    if not (self._answered and _nothing_listened(error)):
+                    if self._answered and _nothing_listened(error):
+                        # So it was when grpc tried last, perhaps long ago. It has begun to try again; nothing was sent.
+                        time.sleep(1.5e-3 * _RECONNECT_MILLISECONDS)
+                    elif isinstance(request, Iterator) or not self._has_another_token(error):
                         raise
-                    # So it was when grpc tried last, perhaps long ago. It has begun to try again, and nothing was sent.
-                    time.sleep(1.5e-3 * _RECONNECT_MILLISECONDS)
                     answer = ask(call, request, timeout=limit, metadata=self._metadata)
             except grpc.RpcError as error:
                 # The cause would tell the same once more, in 20 lines of grpc's.
@@ -229,6 +233,22 @@ class Channel:
             return answer
 
         return make
+
+    def _has_another_token(self, error: grpc.RpcError) -> bool:
+        """Return whether a kernel that has refused a call may take the token that is found now."""
+        call: Any = error
+        if self.find_token is None or call.code() is not grpc.StatusCode.UNAUTHENTICATED:
+            return False
+        try:
+            token = self.find_token()
+        except ValueError:
+            return False
+        entry = (_TOKEN_KEY, f"Bearer {token}")
+        with self._carrying:
+            if not token or entry in self._metadata:
+                return False
+            self._metadata = (entry, *(other for other in self._metadata if other[0] != _TOKEN_KEY))
+        return True
 
     def _waited(self, what: str, call: Any, request: object, **options: Any) -> Any:  # noqa: ANN401
         """Return the answer of a call, and tell while it takes long; Ctrl-C and what the listener raises cancel it."""
