@@ -50,7 +50,8 @@ def test_a_recording_is_whole_when_the_bridge_is_terminated(
                 continue
             begin = client.clock.simulation_time
             until(lambda: client.clock.simulation_time > begin + 0.1)
-            process.send_signal(signal.SIGTERM)
+            for _ in range(2):  # as `timeout` does
+                process.send_signal(signal.SIGTERM)
             rest, _ = process.communicate(timeout=GUARD)
             assert process.returncode == 130 and "Traceback" not in rest, rest
         finally:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -49,12 +50,18 @@ def _connected(target: Target, speed: float | None) -> Iterator[Client]:
 
 
 def interrupt_when_terminated() -> None:
-    """Take SIGTERM, and the SIGHUP of a terminal that is closed, for Ctrl-C from now on."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
-            signal.signal(number, _interrupt)
+    """Take SIGTERM, and the SIGHUP of a terminal that is closed, for Ctrl-C from now on; the first one counts."""
+    _on_signals(_interrupt)
 
 
 def _interrupt(*_: object) -> NoReturn:
+    # Who ends a process often tells it twice: `timeout` tells it and its group, a terminal hangs up besides.
+    _on_signals(lambda *_: None)
     raise KeyboardInterrupt
+
+
+def _on_signals(handler: Callable[[int, FrameType | None], object]) -> None:
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, handler)
