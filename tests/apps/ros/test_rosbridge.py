@@ -371,11 +371,13 @@ topics:
         file.write_text(text.replace(before, after))
         with pytest.raises(MalformedFileError, match=words):
             read_choice(file, auto=True)
-    file.write_text(text.replace("sensor_msgs/LaserScan", "sensor_msgs/Image"))
-    with pytest.raises(
-        AssertionError, match=r"bridge.yaml:4: .*gives sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image"
+    for before, after, words in (
+        ("msgs/LaserScan", "msgs/Image", r"bridge.yaml:4: .*gives sensor_msgs/msg/LaserScan, not .*Image"),
+        ("ugv/command/twist", "ugv/base", r"bridge.yaml:8: .*/robots/NAME/command/twist, not /robots/ugv/base"),
+        ("direction: IN", "direction: OUT", r"bridge.yaml:8: .*the world hears /robots/ugv/command/twist: 'direction'"),
     ):
-        with bridge(world, read_choice(file, auto=True)):
+        file.write_text(text.replace(before, after))
+        with pytest.raises(AssertionError, match=words), bridge(world, read_choice(file, auto=True)):
             pass
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from virtualrobot.errors import MalformedFileError
-from virtualrobot.streams.table import Stream
+from virtualrobot.streams.table import IN, Stream
 
 from virtualrobot_apps.bridges.ros.mapping.outputs import Output
 from virtualrobot_apps.bridges.ros.messages.types import UnknownTypeError, known
@@ -62,6 +62,21 @@ class Choice:
 
     auto: bool = True
     entries: Sequence[Entry] = ()
+
+    def check(self, streams: Iterable[Stream]) -> None:
+        """Compare directions with the streams that there are.
+
+        Raises:
+            MalformedFileError: for a topic that goes where its stream doesn't, with its line.
+        """
+        named = {one.name: one for one in streams}
+        for entry in self.entries:
+            if (stream := named.get(entry.stream)) is None:
+                continue
+            if entry.incoming and stream.content != "twist":
+                raise entry.place.error(f"of ROS the world hears /robots/NAME/command/twist, not {stream.name}")
+            if not entry.incoming and stream.direction == IN:
+                raise entry.place.error(f"the world hears {stream.name}: 'direction' is IN")
 
     def outputs(self, stream: Stream, outputs: Iterable[Output]) -> Iterator[Output]:
         """Yield the topics that come of a stream.

@@ -128,6 +128,7 @@ class World:
 
     def _plan(self) -> Plan:
         table = self._client.streams.table()
+        self._choice.check(table)
         robots = [one.about for one in table if one.content == "joint_states"]
         frames = FrameNames(robots, bare=self._bare)
         naming = Naming(frames, self._client.streams.scan_geometry, self._bases(table, frames))
