@@ -77,6 +77,7 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("jog", "arm", "--keys"), "--keys needs a terminal"),
         (("signal", "--create"), "say which signal"),
         (("step", "0"), "0 is not in the range"),
+        (("topic", "pub", "/robots/ugv/command/twist", "-0.1", "0", "0"), "negative stands behind --"),
         (("stop", "--quickly"), "No such option '--quickly'; there are --"),
     ],
 )

@@ -181,7 +181,9 @@ def _wrong_usage(error: click.ClickException) -> str:
     text = " ".join(error.format_message().rstrip(".").split())
     if context is None:
         return f"virtualrobot: {text}"
-    if isinstance(error, click.NoSuchOption) and not error.possibilities:
+    if isinstance(error, click.NoSuchOption) and error.option_name[1:2] in "0123456789.":
+        text = "a number that is negative stands behind --, and so does all that follows, as in '-- -0.1 0 0'"
+    elif isinstance(error, click.NoSuchOption) and not error.possibilities:
         options = [name for one in context.command.params for name in one.opts if name.startswith("--")]
         text += f"; there are {', '.join(options)}"
     return f"{context.command_path}: {text} (see {context.command_path} --help)"
