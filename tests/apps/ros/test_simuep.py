@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import roslibpy
-from virtualrobot import Client
+from virtualrobot import Client, MissingFileError
 from virtualrobot_apps.bridges.ros.bridge import RosBridge
 from virtualrobot_apps.bridges.ros.simuep.loading import load_simuep
 from virtualrobot_apps.bridges.ros.simuep.topics import choice_of
@@ -176,6 +177,12 @@ def test_what_moves_by_forces_falls(steps: Client, tmp_path: Path) -> None:
     fallen = start - steps.scene.pose("box")[2, 3]
     assert fallen == pytest.approx(1.62 * 0.5**2 / 2, rel=0.02)
     np.testing.assert_allclose(steps.scene.pose("box")[:2, 3], 0.0, atol=1e-9)
+
+
+def test_a_file_that_is_not_there_is_named_by_the_scene(client: Client, tmp_path: Path) -> None:
+    (file := tmp_path / "scene.xml").write_text(SCENE, "utf-8")
+    with pytest.raises(MissingFileError, match=f"'urdfs/robot.urdf', named by {re.escape(str(file))}, is not there"):
+        load_simuep(client, file)
 
 
 @pytest.mark.long

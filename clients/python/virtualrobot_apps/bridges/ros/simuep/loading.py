@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from virtualrobot import Client
-from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
 
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene, read_scene
 
@@ -34,6 +34,9 @@ def load_simuep(client: Client, file: Path, say: Callable[[str], None] = print) 
         raise InvalidArgumentError(f"the folder of {file} cannot be written: {error.strerror or error}") from error
     try:
         client.scene.load_scene(out.name)
+    except VirtualRobotError as error:
+        words = str(error).replace(out.name, str(file))
+        raise type(error)(words, error.reason, error.metadata, error.code) from error
     finally:
         Path(out.name).unlink(missing_ok=True)
     if scene.observer is not None:
