@@ -339,6 +339,25 @@ def test_a_script_comes_in_pieces_and_its_log_and_faults_are_told() -> None:
         server.close()
 
 
+def test_a_script_waits_until_its_popup_is_closed() -> None:
+    controller = made()
+    controller.attended = True
+    for close in (lambda: dashboard.answer(controller, "close popup"), lambda: obey(controller, "close popup")):
+        controller.logged.clear()
+        run_script(controller, 'popup("ready?", "Cell", False, False, blocking=True)\n')
+        for _ in range(50):
+            controller.cycle()
+        assert controller.logged == ["Cell: ready?"] and controller.program is not None
+        close()
+        for _ in range(2):
+            controller.cycle()
+        assert controller.program is None and not controller.words
+    run_script(controller, 'popup("ready?", blocking=True)\n')
+    controller.cycle()
+    controller.end_program()
+    assert not controller.popup
+
+
 def test_nonsense_ends_a_connection_and_nothing_else() -> None:
     said: list[str] = []
     server = Server(made(), ADDRESS, said.append)

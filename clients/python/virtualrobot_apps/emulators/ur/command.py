@@ -33,7 +33,7 @@ def ur(
     """Emulate a controller of Universal Robots, which moves ROBOT, until Ctrl-C.
 
     Lines that are typed meanwhile are orders: `protective stop`, `safeguard stop`, `emergency stop`, `release`,
-    `power off`, `power on`, `brake release`, `local`, `remote`, `input 3 on`, `input 3 off`,
+    `power off`, `power on`, `brake release`, `local`, `remote`, `close popup`, `input 3 on`, `input 3 off`,
     `analog 0 3.3`, `speed 0.5`.
     """
     from virtualrobot_apps.emulators.body import ArmLimits, Body, SimulatedArm, Twin

@@ -122,6 +122,8 @@ class Controller:
         self.program: Program | None = None
         self.paused = False
         """The program stands where it is, and so does the move that it makes."""
+        self.attended = self.popup = False
+        """Somebody is there who can close a popup; one is open for which a script waits."""
         self.off = False
         """It was shut down, and answers nobody any more."""
         self.watchdog: Watchdog | None = None
@@ -259,7 +261,7 @@ class Controller:
         """End the program; what moves slows down."""
         if self.program is not None:
             program, self.program, self.watchdog = self.program, None, None
-            self.paused, self._pace = False, 1.0
+            self.paused, self.popup, self._pace = False, False, 1.0
             program.close()
             self.halt()
 

@@ -32,6 +32,9 @@ def answer(controller: Controller, line: str) -> str:
         return "Pausing program" if controller.pause() else "Failed to execute: pause"
     if asked == "play":  # no program is loaded: it goes on with one that was paused
         return "Starting program" if controller.go_on() else "Failed to execute: play"
+    if asked == "close popup":
+        controller.popup = False
+        return "closing popup"
     if asked == "shutdown":
         controller.shut_down()
         return "Shutting down"
@@ -48,7 +51,6 @@ def answer(controller: Controller, line: str) -> str:
     major, minor, patch, build = controller.version
     plain = {
         "quit": "Disconnected",
-        "close popup": "closing popup",
         "close safety popup": "closing safety popup",
         "restart safety": "Restarting safety",
         "running": f"Program running: {'true' if controller.playing else 'false'}",

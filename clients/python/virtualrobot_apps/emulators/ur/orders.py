@@ -15,6 +15,7 @@ ORDERS: dict[str, Callable[[Controller], None]] = {
     "power on": Controller.power_on,
     "brake release": Controller.release_brakes,
     "local": lambda controller: setattr(controller, "remote", False),
+    "close popup": lambda controller: setattr(controller, "popup", False),
     "remote": lambda controller: setattr(controller, "remote", True),
 }
 

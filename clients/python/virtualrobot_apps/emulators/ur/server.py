@@ -81,6 +81,7 @@ class Server:
     ) -> None:
         """Listen at an address; raises OSError where one of the ports is taken. `tell` gets the controller's words."""
         self.controller, self.host, self._tell = controller, host, tell
+        controller.attended = True
         self.clients: list[Client] = []
         self._taken: set[str] = set()
         self._listening: dict[int, socket.socket] = {}

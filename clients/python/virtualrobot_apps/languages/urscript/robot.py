@@ -58,6 +58,14 @@ class RobotTask(ScriptTask):
         """Move that the next one may join; None where there is none, or it has come to its end."""
         return self._blending if self._blending is self.controller.move else None
 
+    def shown(self, words: str) -> Iterator[None]:
+        """Wait until the controller's dashboard, or an order, has closed a popup."""
+        if not self.controller.attended:
+            yield from super().shown(words)
+        self.controller.popup = True
+        while self.controller.popup:
+            yield
+
     def killed(self, thread: Thread) -> None:
         """Stop the robot where the thread has moved it."""
         if thread is self._mover and self._move is self.controller.move:

@@ -183,6 +183,10 @@ class ScriptTask:
     def killed(self, thread: Thread) -> None:
         """Be told that a thread was killed, which may have moved the robot."""
 
+    def shown(self, words: str) -> Iterator[None]:
+        """Wait until somebody has closed a popup."""
+        raise ScriptFault(f"nobody can close a popup that blocks here: {words}")
+
     def lacks(self, name: str) -> None:
         """Refuse a function of the language that doesn't work here; a script may have it, and not call it."""
         raise ScriptFault(f"{name!r} can't be used here yet; see the table of what works")

@@ -41,9 +41,11 @@ def _textmsg(task: ScriptTask, first: Value, second: Value) -> None:
     task.write(text(first) + text(second))
 
 
-@function("popup", 's, title="Popup", warning=False, error=False, blocking=False')
-def _popup(task: ScriptTask, message: Value, title: Value, warning: Value, error: Value, blocking: Value) -> None:
-    """Writes words to the log; one that blocks ends the script, since nobody can close it here."""
+@function("popup", 's, title="Popup", warning=False, error=False, blocking=False', waits=True)
+def _popup(
+    task: ScriptTask, message: Value, title: Value, warning: Value, error: Value, blocking: Value
+) -> Iterator[None]:
+    """Writes words to the log; one that blocks waits until the dashboard closes it, and ends the script without one."""
     task.write(f"{text(title)}: {text(message)}")
     if truth(blocking):
-        raise ScriptFault(f"nobody can close a popup that blocks here: {text(message)}")
+        yield from task.shown(text(message))
