@@ -48,12 +48,13 @@ def test_a_program_as_polyscope_writes_it_runs() -> None:
   movej(get_inverse_kin(Waypoint_1_p, qnear=Waypoint_1_q), a=1.3962634015954636, v=1.0471975511965976)
   set_payload_mass(0.7)
   set_payload_cog([0, 0, 0.06])
-  set_standard_analog_out(0, 0.5)
+  set_analog_out(0, 0.5)
   set_standard_analog_out(1, 0.25)
   textmsg(get_standard_analog_out(1), get_standard_analog_in(0))
+  textmsg(get_analog_out(0), get_analog_in(1))
 """
     )
-    assert played.said == ["0.250"]
+    assert played.said == ["0.250", "0.50"]
     assert played.targets[-1, 0] == pytest.approx(0.1, abs=1e-6)
     told = played.controller.tell()
     names = "tool_output_voltage tool_output_mode tool_digital_output0_mode tool_digital_output1_mode"

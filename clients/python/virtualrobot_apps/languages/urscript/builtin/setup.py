@@ -49,6 +49,14 @@ def _set_analog_out(task: RobotTask, place: Value, share: Value) -> None:
     task.controller.analog_shares[output] = float(share)
 
 
+for _old, _signature, _run in (
+    ("get_analog_in", "n", _get_analog_in),
+    ("get_analog_out", "n", _get_analog_out),
+    ("set_analog_out", "n, f", _set_analog_out),
+):
+    function(_old, _signature)(_run)
+
+
 @function("set_standard_analog_input_domain", "port, domain")
 def _set_input_domain(task: RobotTask, port: Value, domain: Value) -> None:
     """Takes 1, volts, for an analog input, 0 or 1: that is what inputs are here."""
