@@ -11,6 +11,8 @@ import struct
 import time
 import zlib
 from collections.abc import Iterator
+from socket import SHUT_WR, create_connection
+from urllib.parse import urlsplit
 
 import pytest
 import virtualrobot
@@ -196,6 +198,17 @@ def test_a_client_that_reads_nothing_costs_nothing_and_delays_nobody(client: Cli
         for number in range(50):
             say(bystander, op="call_service", service="/rosapi/nodes", id=str(number))
             assert answer(bystander, id=str(number))["result"] is True
+
+
+def test_who_speaks_no_http_is_not_worth_a_word(url: str, caplog: pytest.LogCaptureFixture) -> None:
+    place = urlsplit(url)
+    for words in (b"", b"\0\1 nonsense\r\n\r\n", b"GET / HTTP/1.1\r\n"):
+        with create_connection((place.hostname, place.port), timeout=60.0) as one:
+            one.sendall(words)
+            one.shutdown(SHUT_WR)
+            while one.recv(4096):
+                continue
+    assert not caplog.records
 
 
 def test_pictures_larger_than_a_message_are_not_unpacked() -> None:

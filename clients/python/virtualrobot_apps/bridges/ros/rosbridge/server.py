@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hmac
+import logging
 from collections.abc import Sequence
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.http11 import Request, Response
 
 from virtualrobot_apps.bridges.ros.hub import Hub
@@ -19,6 +20,10 @@ from virtualrobot_apps.bridges.ros.transport import Transport, in_address, no_se
 
 PORT = 9090
 """The port that clients of rosbridge take."""
+
+_log = logging.getLogger(__name__)
+# Who looks at ports says nothing, or nothing of HTTP: that is no fault here, and not worth a page of words.
+_log.addFilter(lambda one: not (one.exc_info and isinstance(one.exc_info[1], InvalidHandshake)))
 
 _HERE = ("localhost", "127.0.0.1", "::1")
 
@@ -50,6 +55,7 @@ class RosbridgeServer(Transport):
                 self._host,
                 self._port,
                 process_request=self._check,
+                logger=_log,
                 max_size=MOST_BYTES,
                 max_queue=64,
                 ping_timeout=None,
