@@ -103,7 +103,7 @@ classdef Bag < handle
       [status, said] = system(sprintf('%s -m virtualrobot_apps.bridges.ros.bag%s -- %s 2>&1', quoted(self.Python), ...
                                       asked, quoted(self.FilePath)));
       if status ~= 0
-        error('virtualrobot:bag', '%s', strtrim(said));
+        error('virtualrobot:bag', '%s', regexprep(strtrim(said), '^(.*\n)?Error: ', ''));
       end
       lines = strsplit(strtrim(said), sprintf('\n'));
       lines = lines(strncmp(lines, '{', 1));  % warnings of Python come the same way

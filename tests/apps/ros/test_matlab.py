@@ -195,7 +195,9 @@ BAD = {
     "rostopic('info')": "usage: rostopic list, or rostopic info",
     "get(rosparam, '/nope')": "service: /rosapi/get_param: there is no parameter '/nope'",
     "rosinit": "connection: there is a connection to ws://.* already",
-    "rosbag('program.m')": "bag: .*program.m can't be read as a bag",
+    "rosbag('program.m')": "bag: program.m can't be read as a bag",
+    "rosbag('none.bag')": "bag: Invalid value for 'FILE': Path 'none.bag' does not exist.",
+    "m.Linear.X = NaN; send(p, m); rosspin(60)": "refused: /ugv/cmd_vel does not take this: a twist has finite",
     "readCartesian(m)": "message: a message sensor_msgs/LaserScan belongs here",
 }
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from mcap.writer import Writer
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -97,6 +98,12 @@ def test_what_is_no_bag_or_has_no_such_topic_is_told(tmp_path: Path) -> None:
         (tmp_path / name).write_text("no bag")
         done = CliRunner().invoke(main, [str(tmp_path / name)])
         assert done.exit_code == 1 and f"{name} can't be read as a bag: " in done.output
+    with (tmp_path / "run.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="", library="test")
+        writer.finish()
+    done = CliRunner().invoke(main, [str(tmp_path / "run.mcap")])
+    assert "it is not of ROS 2; recordings of `virtualrobot record` are for" in done.output
     path = ros1(tmp_path / "whole")
     done = CliRunner().invoke(main, [str(path), "--topic", "/scann"])
     assert done.exit_code == 2 and "has no topic /scann; it has /scan, /talk" in done.output.replace("\n", " ")

@@ -40,8 +40,14 @@ def main(file: Path, topics: tuple[str, ...], start: float, end: float) -> None:
     except click.ClickException:
         raise
     except Exception as error:  # of a damaged bag rosbags raises whatever it likes
-        why = " ".join(f"{error or type(error).__name__}".split())  # some quote whole definitions of messages
-        raise click.ClickException(f"{file} can't be read as a bag: {why[:200]}") from error
+        raise click.ClickException(f"{file} can't be read as a bag: {why(error)}") from error
+
+
+def why(error: Exception) -> str:
+    """Return in a line why rosbags can't read a bag."""
+    if str(error) == "Profile is not ros2.":
+        return "it is not of ROS 2; recordings of `virtualrobot record` are for `virtualrobot topic play`"
+    return " ".join(f"{error or type(error).__name__}".split())[:200]  # some quote whole definitions of messages
 
 
 def _head(reader: AnyReader) -> dict[str, Any]:

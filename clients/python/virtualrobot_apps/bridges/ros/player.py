@@ -10,6 +10,7 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 
+from virtualrobot_apps.bridges.ros.bag import why
 from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.ros1 import converted
@@ -40,7 +41,7 @@ class Player(Transport):
         try:
             self._reader = self._files.enter_context(AnyReader([self._path], default_typestore=STORE))
         except Exception as error:  # of a damaged bag rosbags raises whatever it likes
-            raise TransportError(f"{self._path} can't be read as a bag: {_line(error)}") from error
+            raise TransportError(f"{self._path} can't be read as a bag: {why(error)}") from error
         connections = [one for one in self._reader.connections if self._is_played(one)]
         self._left = self._messages(connections)
         self._next = next(self._left, None)
@@ -85,7 +86,7 @@ class Player(Transport):
                 self._hear(self._topics[name], value)
                 self._next = next(self._left, None)
         except Exception as error:  # of a damaged bag rosbags raises whatever it likes
-            self._tell(f"{self._path} can't be read on: {_line(error)}")
+            self._tell(f"{self._path} can't be read on: {why(error)}")
             self._next = None
         if self._next is None:
             self._say(f"{self._count} messages of {self._path} are played")
@@ -110,7 +111,3 @@ class Player(Transport):
             self._hub.unadvertise(topic, self)
         self._topics = {}
         self._files.close()
-
-
-def _line(error: Exception) -> str:
-    return " ".join(f"{error or type(error).__name__}".split())[:200]
