@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -69,9 +70,13 @@ class Person:
     """A person in the room, whose right hand the test moves; points are in the world, m."""
 
     def __init__(self, page: Page, base: Sequence[float], *, by_hand: bool) -> None:
-        """Stand before a robot whose base is there, and look along the world's y."""
+        """Stand before a robot whose base is there, and look along the world's y.
+
+        `heading` (rad) is how far to the left the person has turned by a stick since then.
+        """
         self.page = page
         self.base = np.asarray(base, float)
+        self.heading = 0.0
         self.by_hand = by_hand
         page.evaluate(f"headset.primaryInputMode = '{'hand' if by_hand else 'controller'}'")
 
@@ -85,9 +90,15 @@ class Person:
         self.page.evaluate("frames", count)
 
     def room(self, point: Sequence[float] | np.ndarray) -> list[float]:
-        """Return a point of the world in the room: x is x, y is ahead, z is up, and the base is ahead of the person."""
-        x, y, z = np.asarray(point, float) - [self.base[0], self.base[1] - AHEAD, 0.0]
-        return [float(x), float(z), float(-y)]
+        """Return a point of the world in the room; the base was ahead before the person turned or walked."""
+        right, ahead, up = self.turned(np.asarray(point, float) - [self.base[0], self.base[1] - AHEAD, 0.0])
+        return [right, up, -ahead]
+
+    def turned(self, way: Sequence[float] | np.ndarray) -> list[float]:
+        """Return a way of the world as the person sees it: to the right, ahead, up."""
+        x, y, z = way
+        cosine, sine = math.cos(self.heading), math.sin(self.heading)
+        return [float(cosine * x + sine * y), float(cosine * y - sine * x), float(z)]
 
     def reach(self, point: Sequence[float] | np.ndarray) -> None:
         """Put the hand or controller at a point."""
@@ -104,7 +115,9 @@ class Person:
         self.pull(1)
         self.pull(0)
 
-    def take(self, point: Sequence[float] | np.ndarray, way: Sequence[float], steps: int = 3) -> np.ndarray:
+    def take(
+        self, point: Sequence[float] | np.ndarray, way: Sequence[float] | np.ndarray, steps: int = 3
+    ) -> np.ndarray:
         """Take the ball at a point along a way and let it go there; return where that is."""
         self.reach(point)
         self.squeeze(1)
@@ -113,13 +126,20 @@ class Person:
         self.squeeze(0)
         return np.asarray(point, float) + way
 
-    def move(self, way: Sequence[float], steps: int = 3) -> None:
+    def move(self, way: Sequence[float] | np.ndarray, steps: int = 3) -> None:
         """Move the hand along a way of the world, m."""
-        here = self._get()
-        dx, dy, dz = way
+        here, (right, ahead, up) = self._get(), self.turned(way)
         for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
-            self._put(list(np.asarray(here) + part * np.array([dx, dz, -dy])))
+            self._put(list(np.asarray(here) + part * np.array([right, up, -ahead])))
             self.frames(1)
+
+    def push(self, side: str, right: float = 0.0, ahead: float = 0.0) -> None:
+        """Push the stick of the left or right controller as far, from -1 to 1."""
+        self.page.evaluate(
+            "([side, right, back]) => headset.controllers[side].updateAxes('thumbstick', right, back)",
+            [side, right, -ahead],
+        )
+        self.frames()
 
     def squeeze(self, value: int) -> None:
         """Close the hand, 1, or open it, 0."""

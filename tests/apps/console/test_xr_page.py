@@ -39,6 +39,7 @@ SLOW = 0.25
 """Part of its speed: it is to stand before it is there."""
 WAY = (-0.1, -0.08, 0.06)
 """A way of the tool in the world, m."""
+UP = np.array([0.0, 0.0, 0.01])
 FLOAT32 = 1e-4
 """Poses of headsets have single precision; and the kernel's inverse is iterative for seven joints. Meters."""
 
@@ -186,6 +187,44 @@ def test_a_proposed_motion_runs_while_it_is_held(
         np.testing.assert_allclose(end[:3, :3], begin[:3, :3], atol=1e-3)
         expect(person.told).to_contain_text("There")
         until(lambda: client.proposals.get(seen.id).state == "executed")
+
+
+def test_a_person_in_virtual_reality_turns_and_walks(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
+    """Turned by 30 degrees, the person walks until the ball is at hand; where it goes tells how the hand moves."""
+    tcp = client.robot("arm").tcp[:3, 3]
+    with in_room(browser, console, "arm", mode="Virtual reality") as person:
+        for side in (1.0, 1.0, -1.0):
+            person.push("right", right=side)
+            person.frames(5)  # held, the stick turns no farther
+            person.push("right")
+        person.heading = -math.pi / 6.0
+        ahead = np.array([math.sin(math.pi / 6.0), math.cos(math.pi / 6.0), 0.0])
+        person.reach(tcp - 0.5 * ahead + 8.0 * UP)  # the ray misses it
+        person.squeeze(1)
+        person.frames(5)
+        expect(person.told).to_contain_text("Take the ball")
+
+        def taken() -> bool:
+            person.squeeze(0)
+            person.move(-UP, 1)
+            person.push("left", ahead=0.5)
+            person.push("left")
+            person.squeeze(1)
+            person.move(UP, 1)
+            person.frames(2)
+            return "Take the ball" not in person.told.inner_text()
+
+        until(taken)
+        person.move(WAY - UP)
+        person.page.evaluate("still", 120)
+        person.squeeze(0)
+        expect(person.told).to_contain_text(FREE)
+        person.point("hold")
+        person.pull()
+        until(lambda: is_in(stepped, SUCCEEDED, person))
+    np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], tcp + WAY, atol=FLOAT32)
 
 
 def test_what_is_rejected_ends_and_what_is_undone_is_as_before(person: Person, stepped: Stubs, client: Client) -> None:

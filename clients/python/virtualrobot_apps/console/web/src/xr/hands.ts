@@ -14,12 +14,12 @@ export interface Hand {
   squeeze: boolean;
   /** B or Y. */
   back: boolean;
-  /** Thumbstick to the right, from -1 to 1. */
-  stick: number;
+  /** Thumbstick to the right and ahead, from -1 to 1. */
+  stick: readonly [right: number, ahead: number];
 }
 
 /** Places of a gamepad of the mapping `xr-standard`. */
-const TRIGGER = 0, SQUEEZE = 1, BACK = 5, STICK = 2;
+const TRIGGER = 0, SQUEEZE = 1, BACK = 5, STICK_RIGHT = 2, STICK_BACK = 3;
 /** Distance (m) of thumb and index finger that is a pinch, where the browser tells none. */
 const PINCH_METERS = 0.02;
 /** Sources that are there only while they are pressed. */
@@ -41,6 +41,7 @@ export function readHands(frame: XRFrame, room: XRReferenceSpace): Hand[] {
   return [...frame.session.inputSources].map((source) => {
     const tips = source.hand && tipsOf(frame, source.hand, room);
     const pad = source.gamepad, standard = pad?.mapping === "xr-standard";
+    const leaned = (axis: number) => (standard ? (pad?.axes[axis] ?? 0) : 0);
     const ray = matrixOf(frame.getPose(source.targetRaySpace, room));
     const pinched = tips !== undefined && tips.apart < PINCH_METERS;
     return {
@@ -51,7 +52,7 @@ export function readHands(frame: XRFrame, room: XRReferenceSpace): Hand[] {
       trigger: pad?.buttons[TRIGGER]?.pressed ?? (isMomentary(source) || pinched),
       squeeze: standard && (pad?.buttons[SQUEEZE]?.pressed ?? false),
       back: standard && (pad?.buttons[BACK]?.pressed ?? false),
-      stick: standard ? (pad?.axes[STICK] ?? 0) : 0,
+      stick: [leaned(STICK_RIGHT), -leaned(STICK_BACK)],
     };
   });
 }

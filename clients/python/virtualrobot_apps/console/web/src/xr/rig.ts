@@ -26,6 +26,17 @@ export function roomInWorld(room_t_head: Matrix4, world_t_eye: Matrix4, base: Ve
   return new Matrix4().compose(place, rotation, new Vector3(1, 1, 1));
 }
 
+/** Returns world_t_room after a person has turned to the left (rad) and then walked along the floor, to the right and ahead (m). */
+export function walked(world_t_room: Matrix4, room_t_head: Matrix4, turn: number, right: number, ahead: number): Matrix4 {
+  const world_t_head = world_t_room.clone().multiply(room_t_head), head = new Vector3().setFromMatrixPosition(world_t_head);
+  const turned = new Matrix4().makeRotationZ(turn), up = new Vector3(0, 0, 1);
+  const there = (heading(world_t_head, up) ?? new Vector3(0, 1, 0)).applyMatrix4(turned);
+  const way = there.clone().cross(up).multiplyScalar(right).addScaledVector(there, ahead);
+  // About the head: away from the world's origin, turned, and back.
+  const moved = turned.multiply(new Matrix4().makeTranslation(head.clone().negate())).premultiply(new Matrix4().makeTranslation(head.add(way)));
+  return moved.multiply(world_t_room);
+}
+
 /** Returns the pose in the room of what hangs before a person: to the right, ahead and up (m) of the head, upright and facing it. */
 export function beforeHead(room_t_head: Matrix4, right: number, ahead: number, up: number): Matrix4 {
   const to = heading(room_t_head, new Vector3(0, 1, 0)) ?? new Vector3(0, 0, -1);

@@ -14,7 +14,7 @@ import { Panel, type Press } from "./panel";
 import { Pointers } from "./pointers";
 import { proposal } from "./proposal";
 import { registration } from "./registration";
-import { roomInWorld } from "./rig";
+import { roomInWorld, walked } from "./rig";
 import { ShownWay } from "./shown_way";
 import { reasonOf, type Mode } from "./support";
 import { leads, teleop } from "./teleop";
@@ -29,6 +29,8 @@ const HANG_MS = 500;
 /** The whole way in so many seconds, with the stick at its end. */
 const SCRUB_SECONDS = 2;
 const DEAD_STICK = 0.2;
+/** With the stick at its end a person walks so fast, m/s, and turns so far at once, where the whole room is virtual. */
+const WALK_SPEED = 1, TURN = Math.PI / 6, TURN_STICK = 0.7;
 
 /** A hand whose grip and ray are in the world; its tip is in the room. */
 type Near = Hand & { pointed?: Press; distance?: number };
@@ -75,6 +77,8 @@ export class Immersion implements Room {
   #before = new Map<XRInputSource, Buttons>();
   /** Whose trigger holds the motion. */
   #holder?: XRInputSource;
+  /** Side to which the stick that turns was pushed in the frame before. */
+  #leaned = 0;
   #time = 0;
 
   constructor(private readonly view: Viewport, readonly mode: Mode, private readonly session: XRSession) {
@@ -114,6 +118,7 @@ export class Immersion implements Room {
     this.#place(new Matrix4().fromArray(head.transform.matrix));
     const hands = frame.session.visibilityState === "visible" ? readHands(frame, space).map((one) => this.#near(one)) : [];
     this.#act(hands, now, seconds);
+    if (this.mode === "immersive-vr") this.#walk(hands, new Matrix4().fromArray(head.transform.matrix), seconds);
     this.#handle.follow();
     this.#way.advance();
     this.#cell.advance();
@@ -175,7 +180,8 @@ export class Immersion implements Room {
       else if (pulled && hand.tip && registration.next.peek()) void this.#touch(hand.tip);
       else if (pulled || squeezed) this.#handle.take(source, hand.grip, hand.ray);
       if (hand.back && !before.back) proposal.reject();
-      if (Math.abs(hand.stick) > DEAD_STICK) proposal.scrub((hand.stick * seconds) / SCRUB_SECONDS);
+      const [right] = hand.stick;
+      if (Math.abs(right) > DEAD_STICK && !this.#walks(source)) proposal.scrub((right * seconds) / SCRUB_SECONDS);
     }
     this.#before = new Map(hands.map(({ source, trigger, squeeze, back }) => [source, { trigger, squeeze, back }]));
     const taker = hands.find(({ source }) => source === this.#handle.source);
@@ -184,6 +190,20 @@ export class Immersion implements Room {
     const holder = hands.find(({ source }) => source === this.#holder);
     if (holder?.trigger && holder.ray) proposal.hold();
     else this.#unhold();
+  }
+
+  #walks({ handedness }: XRInputSource): boolean {
+    return this.mode === "immersive-vr" && handedness === "left";
+  }
+
+  /** Goes where the left stick is pushed to, as the head looks, and turns with the other one, as long as that looks at no way. */
+  #walk(hands: readonly Near[], room_t_head: Matrix4, seconds: number): void {
+    const [walker, turner] = [true, false].map((walks) => hands.find(({ source }) => this.#walks(source) === walks)?.stick ?? [0, 0]);
+    const leaned = Math.abs(turner[0]) > TURN_STICK && !proposal.way.peek() ? Math.sign(turner[0]) : 0;
+    const turn = this.#leaned ? 0 : -leaned * TURN;
+    this.#leaned = leaned;
+    const [right, ahead] = walker.map((value) => (Math.abs(value) > DEAD_STICK ? value * WALK_SPEED * seconds : 0));
+    if (turn || right || ahead) this.#rig.matrix.copy(walked(this.#rig.matrix, room_t_head, turn, right, ahead));
   }
 
   #press(press: Press, source: XRInputSource): void {
