@@ -71,6 +71,7 @@ def test_a_block_that_kills_its_worker_is_halved_until_the_cell_is_named(tmp_pat
     engine = Dying(13)
     progress, parts = done(written(tmp_path / "in", STUDY.format(count=16), HARMLESS), tmp_path / "out", engine)
     assert (progress.done, progress.killed) == (16, 1)
+    assert progress.failure == "cell 13 killed its worker 3 times: it died"
     deadly = [block[:2] for block in engine.given if block.first <= 13 < block.last]
     assert deadly == [(12, 16), (12, 14), (13, 14), (13, 14), (13, 14)]
     assert parts.table().column("cell").to_pylist() == list(range(16))

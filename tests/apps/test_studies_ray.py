@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import socket
@@ -177,6 +178,7 @@ def test_workers_are_as_many_as_are_asked_for_or_there(imitated: Callable[..., I
     assert engine.workers == 2 and ray.began == {
         "address": "ray://head:10001",
         "log_to_driver": False,
+        "logging_level": logging.WARNING,
         "threads": os.environ.get("OPENBLAS_NUM_THREADS"),
     }
     assert done(written(tmp_path / "in"), tmp_path / "out", engine)[0].failed == FAILED

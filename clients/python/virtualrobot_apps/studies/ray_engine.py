@@ -25,6 +25,7 @@ OWN = "local"
 """Address of a cluster on this machine that is started for the study, and ends with it."""
 _LOOK_SECONDS = 1.0
 """Time (s) after which it is looked whether nodes have joined."""
+_QUIET = {"log_to_driver": False, "logging_level": logging.WARNING}
 _KNOCK_SECONDS = 10.0
 """Time (s) in which a cluster's head is to take a connection."""
 
@@ -51,15 +52,14 @@ class Ray:
         self._address, self._most = address, workers
         if ray.is_initialized():
             raise WrongStateError("this process is at a Ray cluster already: leave it by `ray.shutdown()`")
-        logging.getLogger("ray").setLevel(logging.WARNING)
         before = dict(os.environ)
         try:
             if address == OWN:
                 os.environ.update(dict.fromkeys(THREADS, "1"))
-                self._ray.init(address=OWN, num_cpus=workers, include_dashboard=False, log_to_driver=False)
+                self._ray.init(address=OWN, num_cpus=workers, include_dashboard=False, **_QUIET)
             else:
                 knock(address)
-                self._ray.init(address=address, log_to_driver=False)
+                self._ray.init(address=address, **_QUIET)
         except (OSError, RuntimeError, ValueError) as error:
             raise WrongStateError(f"no Ray cluster answers at {address}: {error}") from error
         finally:

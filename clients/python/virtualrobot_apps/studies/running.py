@@ -205,7 +205,12 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                     else:
                         parts.write([_killed(job, parts, block, answer)])
                         plan.ended(block)
-                        progress = replace(progress, done=progress.done + 1, killed=progress.killed + 1)
+                        failure = (
+                            progress.failure or f"cell {block.first} killed its worker {ATTEMPTS} times: {answer.how}"
+                        )
+                        progress = replace(
+                            progress, done=progress.done + 1, killed=progress.killed + 1, failure=failure
+                        )
                 progress = replace(progress, left=pace.left(progress.cells - progress.done))
                 if time.monotonic() - told >= _TOLD_SECONDS:
                     told = time.monotonic()
