@@ -7,6 +7,7 @@ import math
 import os
 import re
 import resource
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,6 +26,7 @@ from virtualrobot_apps.studies.engines import Here, Local
 from virtualrobot_apps.studies.parts import Parts, column
 from virtualrobot_apps.studies.running import Pace, open_job, run
 from virtualrobot_apps.studies.study_file import read_study
+from virtualrobot_apps.studies.threads import ONE_THREAD
 
 from tests.apps.studies import CELLS, FAILED, FUNCTION, STUDY, done, written
 
@@ -195,6 +197,17 @@ def test_results_that_are_none_are_failures_in_words(tmp_path: Path, returned: s
     assert progress.failed == 1
     assert said in parts.table().column("error").to_pylist()[0]
     assert progress.failure.startswith("cell 0: ")
+
+
+def test_the_process_of_the_command_takes_one_thread_as_workers_do(tmp_path: Path) -> None:
+    """It is told before NumPy is loaded, which looks for it then."""
+    function = "import os\ndef f(cell):\n    return {'y': int(os.environ['OPENBLAS_NUM_THREADS']), 'odd': None}\n"
+    study = written(tmp_path / "in", STUDY.replace("cells:spin", "cells:f"), function)
+    program = "import sys\nfrom virtualrobot_apps.studies.command import study\nassert 'numpy' not in sys.modules\n"
+    words = ["run", str(study.file), "--workers", "0"]
+    environment = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
+    subprocess.run([sys.executable, "-c", f"{program}study({words})"], check=True, env=environment)
+    assert set(Parts(tmp_path / "in" / "study", study).table().column("y").to_pylist()) == {1.0}
 
 
 def test_a_setup_is_made_once(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import re
 import sys
 import time
@@ -15,6 +16,7 @@ import click
 from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.new.writing import Folder, write
+from virtualrobot_apps.studies.threads import ONE_THREAD
 
 if TYPE_CHECKING:
     from virtualrobot_apps.studies.engines import Engine
@@ -259,6 +261,8 @@ def _engine(workers: int | None, on: str) -> Engine:
 
 
 def _do(file: Path, folder: str | None, workers: int | None, on: str, resume: bool) -> None:
+    if workers == 0 and "numpy" not in sys.modules:
+        os.environ.update(ONE_THREAD)
     study, where = _read(file, folder)
     from virtualrobot_apps.studies.running import forget, open_job
     from virtualrobot_apps.studies.running import run as run_job

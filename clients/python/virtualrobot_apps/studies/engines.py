@@ -17,10 +17,8 @@ from typing import Protocol
 
 from virtualrobot.errors import WrongStateError
 
+from virtualrobot_apps.studies.threads import ONE_THREAD
 from virtualrobot_apps.studies.work import Block, Done, Job, work
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Variables of a process's environment by which libraries take one thread each."""
 
 
 @dataclass(frozen=True)
@@ -113,9 +111,7 @@ class _Worker:
 
         for _ in range(2):
             if self._pool is None:
-                self._pool = ProcessPoolExecutor(
-                    1, initializer=_begin, initargs=(os.getpid(),), env=dict.fromkeys(THREADS, "1")
-                )
+                self._pool = ProcessPoolExecutor(1, initializer=_begin, initargs=(os.getpid(),), env=ONE_THREAD)
             try:
                 return self._pool.submit(work, job, block, True)
             except BrokenProcessPool:  # it died while it had nothing to do

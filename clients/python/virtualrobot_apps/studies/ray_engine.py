@@ -18,7 +18,8 @@ from typing import Any
 import grpc
 from virtualrobot.errors import WrongStateError
 
-from virtualrobot_apps.studies.engines import THREADS, Ends, Lost
+from virtualrobot_apps.studies.engines import Ends, Lost
+from virtualrobot_apps.studies.threads import ONE_THREAD
 from virtualrobot_apps.studies.work import Block, Job, work
 
 OWN = "local"
@@ -55,7 +56,7 @@ class Ray:
         before = dict(os.environ)
         try:
             if address == OWN:
-                os.environ.update(dict.fromkeys(THREADS, "1"))
+                os.environ.update(ONE_THREAD)
                 self._ray.init(address=OWN, num_cpus=workers, include_dashboard=False, **_QUIET)
             else:
                 knock(address)
@@ -63,7 +64,7 @@ class Ray:
         except (OSError, RuntimeError, ValueError) as error:
             raise WrongStateError(f"no Ray cluster answers at {address}: {error}") from error
         finally:
-            for name in THREADS:
+            for name in ONE_THREAD:
                 os.environ.pop(name, None)
                 if name in before:
                     os.environ[name] = before[name]
