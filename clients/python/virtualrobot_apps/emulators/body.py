@@ -211,6 +211,11 @@ class Twin:
         state = self._state
         return np.array(state.positions), np.array(state.velocities)
 
+    @property
+    def time(self) -> float:
+        """Simulation time (s) of the newest state that the kernel has told."""
+        return self._state.stamp.simulation_time
+
     def tcp(self) -> Floats | None:
         """Return the pose of its chosen tool centre point in its base's frame, 4x4."""
         return self._base_t_world @ self._state.world_t_tcp

@@ -41,16 +41,19 @@ def ur(
     from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
     from virtualrobot_apps.emulators.ur.orders import obey
     from virtualrobot_apps.emulators.ur.server import Server
+    from virtualrobot_apps.emulators.ur.touches import Touches
 
     with ExitStack() as stack:
         body: Body = SimulatedArm(HOME, ArmLimits.usual(6, lag))
+        touches: Touches | None = None
         if robot is not None:
             client = stack.enter_context(target.connect("UR emulator"))
             if client.clock.mode == "stepped":
                 raise click.UsageError(f"time stands still, and nothing would move; {GO_ON}")
             arm = client.robot(robot)
             stack.enter_context(arm.lease())
-            body = Twin(arm)
+            body = twin = Twin(arm)
+            touches = Touches(client, arm, twin)
             if model is None and (model := model_of(arm)) is None:
                 said = f"{robot} has the lengths of none of {', '.join(MODELS)}: poses are those of a {USUAL}"
                 click.echo(f"{said}; --model chooses another one", err=True)
@@ -61,6 +64,7 @@ def ur(
             raise click.ClickException(str(error)) from error
         except OSError as error:
             raise click.ClickException(f"the ports 29999 to 30004 of {host} can't be had: {error}") from error
+        server.controller.touches = touches
         stack.callback(server.close)
         over = threading.Event()
         signal.signal(signal.SIGTERM, lambda *_: over.set())

@@ -13,6 +13,7 @@ from virtualrobot_apps.emulators.body import Body
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats
 from virtualrobot_apps.emulators.ur.moves import PLANNED, Move, Servo, Stop
+from virtualrobot_apps.emulators.ur.touches import Touches
 
 STARTING_CYCLES = 50
 """Cycles in which power comes on, and in which brakes open."""
@@ -122,6 +123,8 @@ class Controller:
         self.program: Program | None = None
         self.paused = False
         """The program stands where it is, and so does the move that it makes."""
+        self.touches: Touches | None = None
+        """Touches of the robot in a kernel, which tool_contact tells."""
         self.attended = self.popup = False
         """Somebody is there who can close a popup; one is open for which a script waits."""
         self.off = False
@@ -178,6 +181,8 @@ class Controller:
         self.acceleration = (self.velocity - before) / self.dt
         self.body.advance(self.dt)
         self.past.append(self.body.read()[0])
+        if self.touches is not None:
+            self.touches.cycle()
 
     def _watch(self, watchdog: Watchdog) -> None:
         watchdog.silent += 1

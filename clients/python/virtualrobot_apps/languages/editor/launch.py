@@ -19,6 +19,7 @@ from virtualrobot_apps.emulators.ur.command import HOME
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.kinematics import MODELS
 from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
+from virtualrobot_apps.emulators.ur.touches import Touches
 from virtualrobot_apps.languages.core.debugger import Debugger
 from virtualrobot_apps.languages.core.pendant import Question
 from virtualrobot_apps.languages.core.source import Source, read_source
@@ -152,17 +153,20 @@ class ScriptLaunch:
             raise WrongLaunch(f"{loaded.name!r} is a secondary program (sec), which takes no time to stand in")
         with ExitStack() as opened:
             body: Body = SimulatedArm(HOME)
+            touches: Touches | None = None
             if robot := given.get("robot"):
                 client = opened.enter_context(_connected(given, target))
                 if client.clock.mode == "stepped":
                     raise WrongLaunch(f"time stands still, and nothing would move; {GO_ON}")
                 arm = client.robot(robot)
-                body, model = Twin(arm), model or model_of(arm)
+                body, model = (twin := Twin(arm)), model or model_of(arm)
+                touches = Touches(client, arm, twin)
             opened.callback(body.close)
             try:
                 self._controller = Controller(body, model or USUAL)
             except ValueError as error:
                 raise WrongLaunch(f"{robot}: {error}") from error
+            self._controller.touches = touches
             self._opened = opened.pop_all()
         self._program = ScriptProgram(loaded, self._controller, DebuggedScript)
         assert isinstance(self._program.task, DebuggedScript)

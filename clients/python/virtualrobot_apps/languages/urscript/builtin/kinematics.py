@@ -57,6 +57,18 @@ def _get_actual_joint_positions_history(task: RobotTask, steps: Value) -> list[f
     return past[-1 - whole(steps, "steps", 0, len(past) - 1)].tolist()
 
 
+@function("tool_contact", "direction=none")
+def _tool_contact(task: RobotTask, direction: Value) -> int:
+    """Cycles since a robot of a kernel touches something, by its collision monitor, on any side; 0 where it doesn't."""
+    if direction is not None:
+        numbers(direction, "direction", 6)
+    controller = task.controller
+    if controller.touches is None or not controller.touches.watched():
+        said = "needs a robot of a kernel that is watched: 'virtualrobot collision mode monitor', before it is emulated"
+        raise ScriptFault(f"'tool_contact' {said}")
+    return controller.touches.cycles()
+
+
 @function("get_target_joint_positions")
 def _get_target_joint_positions(task: RobotTask) -> list[float]:
     """Positions (rad) where the joints shall be."""
