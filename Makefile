@@ -27,6 +27,8 @@ INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
 # What the console's page is built from; its stubs are of the contract.
 PAGE := clients/python/virtualrobot_apps/console/page/app/index.html
+# What is built beside it: the player of .html recordings.
+PLAYER := clients/python/virtualrobot/recording/player/player.js
 WEB := clients/python/virtualrobot_apps/console/web
 PAGE_SOURCES := $(shell find $(WEB) -type f -not -path '*/node_modules/*' -not -path '*/generated/*') $(wildcard proto/virtualrobot/v1/*.proto)
 # The contract that clients are promised.
@@ -47,14 +49,18 @@ serve: $(VENV)/installed-kernel
 	@$(MAKE) console || true
 	@$(BIN)/virtualrobot serve $(ARGS)
 
-console: $(PAGE)
+console: $(PAGE) $(PLAYER)
 
 $(PAGE): $(PAGE_SOURCES) tools/build_page.py | $(VENV)/bin/python
 	@echo "building the console's page ..."
 	@$(BIN)/python tools/build_page.py
 	@touch $@
 
-wheel: $(PAGE)
+$(PLAYER): $(PAGE)
+	@test -e $@ || $(BIN)/python tools/build_page.py
+	@touch $@
+
+wheel: $(PAGE) $(PLAYER)
 	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 
 # Side by side: what pip and npm set up, and what is compiled meanwhile.

@@ -37,6 +37,7 @@ def test_a_run_plays_without_a_kernel(stepped: Stubs, stepped_kernel: KernelProc
         canvas = page.locator("canvas")
         slider = page.get_by_label("Time (s)")
         expect(canvas).to_be_visible()
+        expect(page.get_by_title("Look at all of it (F)").locator("svg")).to_be_visible()
 
         def picture(name: str) -> np.ndarray:
             page.screenshot(path=tmp_path / f"{name}.png", clip={"x": 0, "y": 0, "width": 1100, "height": 620})

@@ -7,6 +7,10 @@ import { LOOK, SPEEDS } from "./look";
 
 const STEP_SECONDS = 0.1;
 
+/** Four corners, drawn: few fonts have a letter for them. */
+const CORNERS =
+  '<svg viewBox="0 0 24 24" width="15" height="15" fill="none" stroke="currentColor" stroke-width="2" aria-hidden="true"><path d="M8 3H3v5m18 0V3h-5M3 16v5h5m8 0h5v-5"/></svg>';
+
 function bytesOf(id: string): ArrayBuffer {
   const text = atob(document.getElementById(id)!.textContent!);
   return Uint8Array.from(text, (letter) => letter.charCodeAt(0)).buffer;
@@ -99,7 +103,7 @@ class Player {
     speed.title = "Speed";
     speed.append(...SPEEDS.map((one) => new Option(`${one}×`, String(one), one === 1, one === 1)));
     const whole = button("Look at all of it (F)");
-    whole.textContent = "⛶";
+    whole.innerHTML = CORNERS;
     this.#name.className = "name";
     bar.append(this.#play, this.#slider, this.#time, speed, whole);
     document.body.append(canvas, this.#name, bar);
