@@ -91,3 +91,18 @@ def test_a_person_draws_curves(console: Console, stepped: Stubs, stepped_kernel:
             expect(page.get_by_role("region", name="What happens").get_by_role("alert")).to_have_count(0)
             page.get_by_title("Draw /robots/arm/tcp:z no more").click()
             expect(plot.get_by_title("/robots/arm/tcp:z")).to_have_count(0)
+
+
+def test_joints_are_drawn_over_the_last_minute(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:
+    """A robot that has stood for long and moves again is not a spike at the plot's edge."""
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        arm = client.load_robot(IIWA, name="arm")
+        with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+            drawn = page.locator("[data-from]")
+            expect(drawn).to_have_attribute("data-from", "-1.0")
+            for _ in range(5):
+                step(stepped, 5_000)  # 20 s
+            expect(drawn).to_have_attribute("data-from", "40.0")
+            arm.start(arm.ptp([0.1] * 7), wait=False)
+            step(stepped, 250)
+            expect(drawn).to_have_attribute("data-from", "41.0")

@@ -15,6 +15,8 @@ const MOST = 900;
 const LEGEND_ROWS = 12;
 /** Length (s) of the axis where there is one moment alone. */
 const HELD_SECONDS = 1;
+/** Longest axis (s): of a robot that has stood for an hour a jog would be a spike. */
+const SHOWN_SECONDS = 60;
 
 const quantity = signal<Quantity>("positions");
 const paused = signal(false);
@@ -41,14 +43,15 @@ function take(time: number): void {
   samples.velocities.push(state.velocities);
 }
 
-/** Returns what is drawn: nothing is told while nothing moves, so the last values are held until now. */
+/** Returns what is drawn: nothing is told while nothing moves, so values are held until the next ones, and until now. */
 function held(): { times: number[]; rows: number[][] } {
   const { times } = samples, rows = samples[quantity.peek()];
-  const first = times[0], last = times[times.length - 1], now = Math.max(last, simulationTime.peek());
-  const before = now === first ? [first - HELD_SECONDS] : [], after = now > last ? [now] : [];
+  const first = times[0], last = times[times.length - 1], now = Math.max(last, simulationTime.peek()), begin = now - SHOWN_SECONDS;
+  const old = times.findLastIndex((time) => time <= begin), shown = old + 1;
+  const before = old >= 0 ? [begin] : now === first ? [first - HELD_SECONDS] : [], after = now > last ? [now] : [];
   return {
-    times: [...before, ...times, ...after],
-    rows: [...before.map(() => rows[0]), ...rows, ...after.map(() => rows[rows.length - 1])],
+    times: [...before, ...times.slice(shown), ...after],
+    rows: [...before.map(() => rows[Math.max(old, 0)]), ...rows.slice(shown), ...after.map(() => rows[rows.length - 1])],
   };
 }
 
@@ -119,6 +122,7 @@ function draw(host: HTMLElement, shown: readonly Column[]): () => void {
   const update = () => {
     if (paused.peek() || samples.times.length === 0) return;
     const { times, rows } = held();
+    host.dataset.from = times[0].toFixed(1);
     plot.setData([times, ...shown.map(({ place, factor }) => rows.map((row) => row[place] * factor))]);
   };
   update();
