@@ -224,7 +224,12 @@ def play_it(person: Person) -> None:
         expect(person.page.locator("#last")).to_have_text("the program is done")
 
     is_played()
+    person.press("Play", play)
+    expect(person.page.locator("#last")).to_contain_text("step 3: the part 'block' is 7")
     person.press("Back to before Play")
+    expect(person.page.locator("#last")).to_have_text("the cell is as it was before Play")
+    assert at(-0.35)
+    person.page.get_by_role("button", name="Back to before Play").click()
     until(lambda: at(0.35))
     is_played()
 
@@ -310,6 +315,7 @@ def keep_it(person: Person) -> None:
     with page.expect_download() as cell:
         person.press("Save the cell", page.locator("#save"))
     assert cell.value.suggested_filename.startswith("cell.")
+    expect(page.locator("#last")).to_contain_text("saved the cell")
     person.done.append("Open a scene")
     expect(page.get_by_title("Open a scene")).to_be_visible()
     person.tab("Program")

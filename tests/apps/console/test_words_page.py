@@ -60,6 +60,21 @@ def test_a_program_is_told_of_as_its_list_counts_and_goes_back_to_before_play(
             np.testing.assert_allclose(arm.positions, (0.3, *HERE[1:]), atol=1e-6)
             assert client.signals["lamp"] is False
 
+            # Of two plays each can be gone back to, the last one first: the second one may have found no part to pick.
+            back = page.get_by_role("button", name="Back to before Play")
+            for plays in (2, 3):
+                page.locator("#play").click()
+                page.get_by_role("tab", name="Messages").click()
+                expect(page.get_by_label("What happens").get_by_text("the program is done")).to_have_count(plays)
+                page.get_by_role("tab", name="Program").click()
+            back.click()
+            expect(page.locator("#last")).to_have_text("the cell is as it was before Play")
+            assert client.signals["lamp"] is True
+            back.click()
+            until(lambda: client.signals["lamp"] is False)
+            np.testing.assert_allclose(arm.positions, (0.3, *HERE[1:]), atol=1e-6)
+            expect(back).to_have_count(0)
+
             # An edit after Play would go with it: then it isn't offered.
             page.locator("#play").click()
             expect(page.get_by_role("button", name="Back to before Play")).to_be_visible()

@@ -53,9 +53,11 @@ export async function listModels(): Promise<void> {
 /** Adds a model of the catalogue where a person has said; a gripper goes to the chosen robot's flange with `mountOn`. */
 export async function addModel(model: KnownModel, at?: Place, mountOn = ""): Promise<boolean> {
   const name = mountOn ? "" : placingName.peek().trim();
+  const asked = placing.peek();
+  placing.value = undefined; // who clicks meanwhile places nothing twice
   const done = await loading(model.name, (course) =>
     importModel({ uri: `model://${model.name}`, name, parentTNode: poseAt(mountOn ? undefined : at), mountOn }, course));
-  if (done) placing.value = undefined;
+  if (!done) placing.value ??= asked;
   return done;
 }
 
@@ -98,9 +100,9 @@ export async function save(): Promise<void> {
   await loading("the cell", async (course) => {
     course.say("is written");
     const { text, files } = await scenes.saveScene({ bundle: true }, { signal: course.signal });
-    if (files.length === 0) return download(new Blob([text], { type: "application/yaml" }), "cell.yaml");
-    download(packed({ "scene.yaml": new TextEncoder().encode(text), ...(await contents(files, course)) }), "cell.zip");
-    say(`saved the cell with ${files.length} files`, "good");
+    if (files.length === 0) download(new Blob([text], { type: "application/yaml" }), "cell.yaml");
+    else download(packed({ "scene.yaml": new TextEncoder().encode(text), ...(await contents(files, course)) }), "cell.zip");
+    say(`saved the cell${files.length > 0 ? ` with ${files.length} files` : ""}`, "good");
   });
 }
 

@@ -46,12 +46,15 @@ export const recording = signal(false);
 /** Part of the greatest speed that steps have which are taught. */
 const TAUGHT_SPEED = 0.5;
 
-/** How the world was before the last Play from the first step, as the kernel keeps it. */
-const kept = signal<Checkpoint | undefined>(undefined);
+/** How the world was before each Play from the first step, the last one at the end, as the kernel keeps it. */
+const kept = signal<readonly Checkpoint[]>([]);
+const MOST_KEPT = 8;
+/** The tick at which this page went back last, which is no edit; undefined while it does. */
+const returned = signal<bigint | undefined>(0n);
 const EDITS: readonly StepKind[] = [StepKind.EDIT, StepKind.UNDO, StepKind.REDO, StepKind.RESTORE];
 
 /** Whether the cell can go back to before Play. */
-export const canGoBack = computed(() => kept.value !== undefined && !running.value);
+export const canGoBack = computed(() => kept.value.length > 0 && !running.value);
 
 /** The place of the step that is lit. */
 export const lit = computed(() => running.value?.at);
@@ -127,7 +130,7 @@ export function shift(number: number, by: number): void {
 }
 
 export function clear(): void {
-  forget();
+  forget(kept.peek());
   lines.value = [];
   programs = {};
   next.value = 0;
@@ -142,32 +145,40 @@ export async function play(): Promise<void> {
   if (await run(from, lines.peek().slice(from))) say("the program is done", "good");
 }
 
-/** Has the kernel keep the world as it is, in place of what it kept before. */
+/** Has the kernel keep the world as it is. */
 async function keep(): Promise<void> {
-  forget();
   try {
-    kept.value = (await history.createCheckpoint({ name: `before Play, ${new Date().toISOString()}` })).checkpoint;
+    const { checkpoint } = await history.createCheckpoint({ name: `before Play, ${new Date().toISOString()}` });
+    kept.value = [...kept.peek(), checkpoint!];
+    forget(kept.peek().slice(0, -MOST_KEPT));
   } catch {
     // Who may not keep the world may play all the same.
   }
 }
 
-function forget(): void {
-  if (kept.peek()) history.removeCheckpoint({ name: kept.peek()!.name }).catch(() => {}); // who plays may still not forget
-  kept.value = undefined;
+function forget(these: readonly Checkpoint[]): void {
+  for (const { name } of these) history.removeCheckpoint({ name }).catch(() => {}); // who plays may still not forget
+  if (these.length > 0) kept.value = kept.peek().filter((one) => !these.includes(one));
 }
 
 // An edit of anybody would be lost on the way back.
 effect(() => {
-  const from = kept.value?.tick;
-  if (from !== undefined && steps.value.some(({ kind, tick }) => tick > from && EDITS.includes(kind))) forget();
+  const back = returned.value;
+  if (back === undefined) return;
+  const edited = (from: bigint) => steps.value.some(({ kind, tick }) => tick > from && tick > back && EDITS.includes(kind));
+  forget(kept.value.filter(({ tick }) => edited(tick)));
 });
 
 /** Puts the cell back to how it was before Play: robots, parts and signals. */
 export async function goBack(): Promise<void> {
-  const before = kept.peek();
-  if (!before || !(await attempt(history.restoreCheckpoint({ name: before.name })))) return;
-  forget();
+  const before = kept.peek().at(-1);
+  if (!before) return;
+  const already = returned.peek();
+  returned.value = undefined;
+  const said = await attempt(history.restoreCheckpoint({ name: before.name }));
+  if (said) forget([before]);
+  returned.value = said?.stamp?.tick ?? already;
+  if (!said) return;
   next.value = 0;
   say("the cell is as it was before Play", "good");
 }
