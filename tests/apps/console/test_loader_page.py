@@ -88,7 +88,13 @@ def test_a_person_loads_a_cell(console: Console, stepped: Stubs, stepped_kernel:
         page.get_by_role("tab", name="Library").click()
         page.get_by_label("Place iiwa7", exact=True).click()
         page.get_by_label("Name of the new model").fill("arm")
-        page.get_by_role("button", name="At the origin").click()
+        place = """async (button) => {
+            button.click();
+            for (let turn = 0; turn < 9; turn++) await null;
+            return document.querySelectorAll(".placing").length;
+        }"""
+        # Nobody is asked for a place while the model is read: a second click would place a second one.
+        assert page.get_by_role("button", name="At the origin").evaluate(place) == 0
         assert "arm" in refused(page)
         page.get_by_label("Name of the new model").fill("second")
         there = page.get_by_label("Where it stands: x y z, mm")

@@ -120,9 +120,38 @@ def test_who_has_no_link_is_told(start_kernel: StartKernel) -> None:
     with consoles(kernel.address, token=kernel.token) as console, browsers() as browser:
         with opened(browser, console.url + PLAIN) as page:
             expect(page.get_by_role("alert")).to_contain_text("may not come in")
+            expect(page.get_by_role("alert")).to_contain_text("Open the link that was printed last")
+            expect(page.get_by_role("button", name="Add …")).to_be_disabled()
         with opened(browser, console.link) as page:
             expect(page.locator("#connection")).to_have_text("connected")
             expect(page.get_by_label("Status")).to_contain_text("admin")
+
+
+LATE = """
+const send = WebSocket.prototype.send, late = new Set(), held = [];
+WebSocket.prototype.send = function (frame) {
+  const bytes = new Uint8Array(frame.buffer ?? frame, frame.byteOffset ?? 0, frame.byteLength);
+  const call = bytes.slice(0, 4).join();
+  if (new TextDecoder().decode(bytes).includes('RobotService/GetRobot"')) late.add(call);
+  if (late.has(call)) held.push(() => send.call(this, frame));
+  else send.call(this, frame);
+};
+window.ask = () => held.splice(0).forEach((one) => one());
+"""
+"""Has a page ask for what robots are only when it is told to."""
+
+
+def test_a_robot_of_which_the_kernel_tells_late_is_not_missing(console: Console, stepped_kernel: KernelProcess) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        client.load_robot(IIWA, name="iiwa")
+    with browsers() as browser, opened(browser, console.url + PLAIN, script=LATE) as page:
+        row(page, "iiwa").click()
+        for tab in ("Parts", "Pendant"):
+            page.get_by_role("tab", name=tab).click()
+            expect(page.get_by_text("The library has some")).to_have_count(0)
+        expect(page.get_by_text("The kernel is asked about iiwa")).to_be_visible()
+        page.evaluate("ask()")
+        expect(page.get_by_label("Robot", exact=True).first).to_have_value("iiwa")
 
 
 def test_a_kernel_that_comes_again_is_shown(start_kernel: StartKernel) -> None:

@@ -28,6 +28,8 @@ export type Connection = "connecting" | "connected" | "lost" | "refused";
 /** How the page and the kernel are; `trouble` says why it isn't connected. */
 export const connection = signal<Connection>("connecting");
 export const trouble = signal("");
+/** Whether the kernel would hear nothing of what is pressed. */
+export const isGone = computed(() => connection.value === "lost" || connection.value === "refused");
 export const info = signal<GetInfoResponse | undefined>(undefined);
 
 /** The nodes by name, parents before children. */

@@ -1,7 +1,7 @@
 // Buttons that move a robot while they are held, by pointer or by key.
 import { goal } from "../kernel/goal";
 import { letGo, press, type Move } from "../kernel/jog";
-import { connection } from "../kernel/world";
+import { isGone } from "../kernel/world";
 import { useHeld } from "../parts/held";
 import { Icon } from "../parts/icons";
 
@@ -20,7 +20,7 @@ export function HoldButton({ label, icon, begin, end }: Props & { begin: () => v
     begin();
   }, end);
   return (
-    <button type="button" class={`jog ${held && connection.value !== "lost" ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`} {...listeners}>
+    <button type="button" class={`jog ${held && !isGone.value ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`} {...listeners}>
       <Icon name={icon} size={14} />
     </button>
   );

@@ -5,7 +5,7 @@ import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { MOVING, TURNING } from "../kernel/leads";
-import { connection } from "../kernel/world";
+import { isGone } from "../kernel/world";
 import { NumberField } from "../parts/number_field";
 import { fixed, unitOf } from "../parts/numbers";
 import { JogButton } from "./jog_button";
@@ -55,7 +55,7 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
   const wanted = goal.shown.value?.robot === robot ? goal.shown.value.jointPositions[name] : undefined;
   const speed = Math.min(slides ? MOVING : TURNING, limits?.velocity || Infinity) * jogSpeed.value;
   const jog = (sign: number) => () => ({ robot, move: { case: "jointJog" as const, value: { joint: name, velocity: sign * speed } } });
-  const gone = connection.value === "lost";
+  const gone = isGone.value;
   const want = (value: number) => !gone && goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
   const drag = (event: PointerEvent) => {
     const area = track.current!.getBoundingClientRect();

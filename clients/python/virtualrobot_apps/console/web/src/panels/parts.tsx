@@ -12,6 +12,7 @@ import { NumberField } from "../parts/number_field";
 import { fixed, orientationOf } from "../parts/numbers";
 import { matrixOf } from "../view/poses";
 import { showSpans } from "../view/spans";
+import { NoRobot } from "./no_robot";
 import { Branches, Go } from "./pendant";
 import { Tools } from "./tools";
 import { viewport } from "./view";
@@ -36,7 +37,7 @@ export function Parts() {
   useEffect(() => askedAnew(async () => measure(robot)), [robot, items.value]);
   useEffect(() => effect(showWay), []);
   useEffect(() => () => showSpans("grasp", []), []);
-  if (!state) return <div class="body"><p class="hint">There is no robot here yet. The library has some.</p></div>;
+  if (!state) return <NoRobot />;
   const tool = state.tool ?? "";
   return (
     <>

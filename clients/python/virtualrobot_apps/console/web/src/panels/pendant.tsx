@@ -14,6 +14,7 @@ import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { DevicesButton, DevicesHeld } from "./devices";
 import { Drive } from "./drive";
 import { Joints } from "./joints";
+import { NoRobot } from "./no_robot";
 import { PendantSignals } from "./pendant_io";
 import { ToolJog } from "./tool_jog";
 import { Tools } from "./tools";
@@ -21,9 +22,7 @@ import { Tools } from "./tools";
 export function Pendant() {
   const name = chosen.value;
   const about = robots.value.get(name), state = states.value.get(name);
-  if (!about || !state) {
-    return <div class="body"><p class="hint">There is no robot here yet. The library has some.</p></div>;
-  }
+  if (!about || !state) return <NoRobot />;
   const owner = ownerOf(name);
   return (
     <>

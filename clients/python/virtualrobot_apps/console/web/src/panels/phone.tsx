@@ -15,7 +15,7 @@ export function Phone() {
         <button type="button" class="button grow" title="The cell over the picture of this device's camera, where a printed marker is" onClick={() => void press()}>
           <Icon name="camera" size={14} />{overlaid.value ? "Leave the camera" : "Over the camera"}
         </button>
-        <a class="button" rel="ar" href="/cell.usdz" download="cell.usdz" title="The cell as it stands, for phones and headsets of Apple (USDZ)"><img alt="" src={DOT} />Still</a>
+        <a class="button" rel="ar" href="/cell.usdz" download="cell.usdz" title="The cell as it stands, for phones and headsets of Apple (USDZ)"><img alt="" src={DOT} style={{ position: "absolute" }} />Still</a>
       </div>
       {said.value && <p class="hint" role="status" id="overlaid">{said.value}.</p>}
       {overlaid.value && (

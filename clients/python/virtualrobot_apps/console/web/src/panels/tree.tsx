@@ -1,6 +1,6 @@
 // The tree of nodes: found, selected, renamed, hidden, and hung elsewhere by dragging.
 import { computed, signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { attach, remove, rename, setHidden } from "../kernel/orders";
 import { nodeMenu } from "../kernel/shown";
 import { children, chosen, items, leases, selected, type Item } from "../kernel/world";
@@ -119,7 +119,8 @@ function NodeRow({ item, depth, inside }: Row) {
 
 function NameField({ item: { name } }: { item: Item }) {
   const field = useRef<HTMLInputElement>(null);
-  useEffect(() => field.current?.select(), []);
+  // At once: who types on would else press keys that the page knows.
+  useLayoutEffect(() => field.current?.select(), []);
   return (
     <input ref={field} aria-label={`New name of ${name}`} defaultValue={name} onBlur={() => (renamed.value = "")}
       onClick={(event) => event.stopPropagation()}

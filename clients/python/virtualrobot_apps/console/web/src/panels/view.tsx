@@ -209,8 +209,8 @@ function Cover() {
     return (
       <div class="cover solid" role="alert">
         <h2>This page may not come in</h2>
-        <p>{trouble.value}</p>
-        <p class="muted">The link is good once and for this kernel. <code>virtualrobot console</code> prints another one.</p>
+        <p title={trouble.value}>It has no session here: a link lets one browser in, for as long as console and kernel run.</p>
+        <p class="muted">Open the link that was printed last where the kernel was started, or that <code>virtualrobot console</code> prints.</p>
       </div>
     );
   }
