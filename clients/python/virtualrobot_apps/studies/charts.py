@@ -14,7 +14,7 @@ from virtualrobot_apps.studies.parameters import Floats
 _SCALE = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]])
 """Colours from the least to the greatest value: five of the map `viridis` (Nathaniel Smith, Stefan van der Walt)."""
 _NONE = "#dddddd"
-_SIDE, _LEFT, _BELOW, _RIGHT = 360, 90, 40, 80
+_SIDE, _LEFT, _BELOW, _RIGHT = 360, 90, 40, 120
 _FRONT, _DOMINATED, _CURVE = "#ee6677", "#bbbbbb", "#4477aa"
 _MARGIN = 0.05
 
