@@ -179,6 +179,16 @@ def test_a_parameter_that_is_missing_is_named(tmp_path: Path) -> None:
     assert "the study file has no parameter 'turns'" in progress.failure
 
 
+def test_a_function_that_wants_a_setup_is_told_that_there_is_none(tmp_path: Path) -> None:
+    text = "schema_version: 1\nfunction: cells:f\nparameters: {x: {list: [1]}}\nresults: {y: number}\n"
+    study = written(tmp_path / "in", text, "def f(cell):\n    return {'y': cell.shared.pose('arm')}\n")
+    progress, parts = done(study, tmp_path / "out")
+    assert progress.failure == (
+        "cell 0: perhaps for want of a setup: without one in the study file, cell.shared is None"
+    )
+    assert "'NoneType' object has no attribute 'pose'" in parts.table().column("error").to_pylist()[0]
+
+
 @pytest.mark.parametrize(
     ("returned", "said"),
     [

@@ -198,6 +198,8 @@ def work(job: Job, block: Block, in_worker: bool = False) -> Done:
             try:
                 results, status, error = _checked(function(cell), study), OK, ""
             except (Exception, SystemExit) as raised:
+                if not study.setup and "NoneType" in str(raised):
+                    raised.add_note("perhaps for want of a setup: without one in the study file, cell.shared is None")
                 results, status, error = {}, FAILED, _trace(raised)
                 failure = failure or f"cell {number}: {error.strip().splitlines()[-1]}"
             seconds = time.perf_counter() - begun
