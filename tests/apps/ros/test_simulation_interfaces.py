@@ -170,6 +170,8 @@ def test_time_is_paused_stepped_and_reset(world: Client, ros: roslibpy.Ros, call
     call("SpawnEntity", name="ball", entity_resource={"resource_string": BALL})
     call("ResetSimulation", 0, scope=1)
     call("ResetSimulation", 0, scope=2)
+    with bridge(world, name="another bridge"):  # which keeps the world as it is now, and ends
+        pass
     call("ResetSimulation")
     assert call("GetEntities")["entities"] == ["arm", "ugv", "table"]
     assert world.robot("arm").positions.tolist() == [0.0] * 7

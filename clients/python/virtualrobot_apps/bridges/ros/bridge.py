@@ -42,6 +42,7 @@ class RosBridge:
         simuep: SimuepScene | None = None,
         files: Path | None = None,
         floor: Path | None = None,
+        name: str = "the bridge",
         say: Callable[[str], None] = print,
     ) -> None:
         """Open nothing yet.
@@ -54,9 +55,11 @@ class RosBridge:
             simuep: a scene that names more topics and services.
             files: folder where programs keep files by the file server; without it they keep none.
             floor: map of a floor, a .yaml as map_server has it, which is told as `/map`; or OctoMap's .bt or .ot.
+            name: tells it from other bridges of the kernel, whose worlds are kept apart for a reset.
             say: is told in words what happens.
         """
         self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
+        self._name = name
         self._choice, self._bare, self._files, self._floor = choice or Choice(), bare, files, floor
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
@@ -94,7 +97,7 @@ class RosBridge:
         floor = None if self._floor is None else MapTopic(hub, self._floor, self._say)
         if self._simuep is not None:
             SimuepTopics(self._client, hub, self._simuep, self._say).serve()
-        simulation = Simulation(self._client, hub, bare=self._bare)
+        simulation = Simulation(self._client, hub, bare=self._bare, name=self._name)
         if serves := await self._kept(simulation):
             simulation.serve()
         opened: list[Transport] = []

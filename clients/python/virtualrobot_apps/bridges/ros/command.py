@@ -235,7 +235,15 @@ def ros(
         if scene is not None:
             choice = choice_of(scene, auto)
         bridge = RosBridge(
-            client, transports, choice, bare=bare_links, simuep=scene, files=files, floor=floor, say=click.echo
+            client,
+            transports,
+            choice,
+            bare=bare_links,
+            simuep=scene,
+            files=files,
+            floor=floor,
+            name=f"the bridge at port {port}",
+            say=click.echo,
         )
         if check:
             click.echo("\n".join(bridge.check()))

@@ -58,7 +58,6 @@ NEW_SERVICES = ("spawn_entities", "load_world", "unload_world", "get_current_wor
 NEW_FEATURES = range(40, 51)
 """Services and features that version 1.0 lacks."""
 
-_START = "start of the bridge"
 _MOST_STEPS = 1_000_000
 _MOST_STEPS_A_CALL, _FEEDBACKS = 1000, 1000
 _ENDINGS = (".yaml", ".yml")
@@ -67,9 +66,9 @@ _ENDINGS = (".yaml", ".yml")
 class Simulation:
     """World of a kernel as a simulation of ROS: its requests are answered in threads, one after the other."""
 
-    def __init__(self, client: Client, hub: Hub, *, bare: bool = False) -> None:
-        """Serve nothing yet."""
-        self._client, self._hub = client, hub
+    def __init__(self, client: Client, hub: Hub, *, bare: bool = False, name: str = "the bridge") -> None:
+        """Serve nothing yet; under `name` the world is kept as it is at the start, so each bridge has its own."""
+        self._client, self._hub, self._start = client, hub, f"start of {name}"
         self._entities = Entities(client, bare=bare)
         self._stopped = False
         self._world: RosValue | None = make(
@@ -89,7 +88,7 @@ class Simulation:
     async def close(self) -> None:
         """Keep it no more; raises nothing."""
         with suppress(VirtualRobotError):  # the kernel has gone, or it was never kept
-            await asyncio.to_thread(self._client.history.remove_checkpoint, _START)
+            await asyncio.to_thread(self._client.history.remove_checkpoint, self._start)
 
     def serve(self) -> None:
         """Add the services and the action to the hub."""
@@ -264,12 +263,12 @@ class Simulation:
     # Worlds.
 
     def _keep(self) -> None:
-        if _START in self._client.history.checkpoints:
-            self._client.history.remove_checkpoint(_START)
-        self._client.history.checkpoint(_START)
+        if self._start in self._client.history.checkpoints:
+            self._client.history.remove_checkpoint(self._start)
+        self._client.history.checkpoint(self._start)
 
     def _restore(self) -> None:
-        before = self._client.history.restore(_START)
+        before = self._client.history.restore(self._start)
         self._client.history.remove_checkpoint(before.name)
         self._entities.spawned.clear()
 
