@@ -148,13 +148,12 @@ class Server:
 
     async def _enter(self, key: str, send: Send) -> None:
         cookie = self._door.enter(key)
-        if cookie is None:
-            said = b"This link has been used, or is none. The console tells the next one where it was started.\n"
-            await _respond(send, 403, said, [(b"content-type", b"text/plain; charset=utf-8"), _UNKEPT, *_OF_PAGES])
-            return
-        # The browser forgets the key, and a page that is loaded again does not ask with it.
-        await _respond(send, 303, b"", [(b"location", b"/"), (b"set-cookie", cookie.encode()), _UNKEPT, *_OF_PAGES])
-        self._link_used()
+        # The browser forgets the key, and a page that is loaded again does not ask with it. A used link leads to the page,
+        # too: who has a session goes on there, and who has none is told so.
+        begun = [(b"set-cookie", cookie.encode())] if cookie else []
+        await _respond(send, 303, b"", [(b"location", b"/"), *begun, _UNKEPT, *_OF_PAGES])
+        if cookie:
+            self._link_used()
 
 
 async def _respond(send: Send, status: int, data: bytes, headers: list[tuple[bytes, bytes]]) -> None:
