@@ -148,8 +148,8 @@ class Server:
 
     async def _enter(self, key: str, send: Send) -> None:
         cookie = self._door.enter(key)
-        # The browser forgets the key, and a page that is loaded again does not ask with it. A used link leads to the page,
-        # too: who has a session goes on there, and who has none is told so.
+        # The browser forgets the key, and a page that is loaded again does not ask with it. A used link leads to
+        # the page, too: who has a session goes on there, and who has none is told so.
         begun = [(b"set-cookie", cookie.encode())] if cookie else []
         await _respond(send, 303, b"", [(b"location", b"/"), *begun, _UNKEPT, *_OF_PAGES])
         if cookie:
