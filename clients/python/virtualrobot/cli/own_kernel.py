@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
@@ -54,10 +54,14 @@ def interrupt_when_terminated() -> None:
     _on_signals(_interrupt)
 
 
-def _interrupt(*_: object) -> NoReturn:
+def _interrupt(_: int, frame: FrameType | None) -> None:
     # Who ends a process often tells it twice: `timeout` tells it and its group, a terminal hangs up besides.
     _on_signals(lambda *_: None)
-    raise KeyboardInterrupt
+    ctrl_c = signal.getsignal(signal.SIGINT)
+    if not callable(ctrl_c):  # it is ignored, as a shell has it for what runs behind
+        raise KeyboardInterrupt
+    # That of an event loop cancels its task. What is raised amid the loop may cost a task its end, and then it hangs.
+    ctrl_c(signal.SIGINT, frame)
 
 
 def _on_signals(handler: Callable[[int, FrameType | None], object]) -> None:
