@@ -122,6 +122,7 @@ def test_who_has_no_link_is_told(start_kernel: StartKernel) -> None:
             expect(page.get_by_role("alert")).to_contain_text("may not come in")
             expect(page.get_by_role("alert")).to_contain_text("Open the link that was printed last")
             expect(page.get_by_role("button", name="Add …")).to_be_disabled()
+            expect(page.get_by_text("There is no robot here yet")).to_have_count(0)
         with opened(browser, console.link) as page:
             expect(page.locator("#connection")).to_have_text("connected")
             expect(page.get_by_label("Status")).to_contain_text("admin")

@@ -25,7 +25,7 @@ export function Speeds() {
     <section class="float over wide" aria-label="Speed and time" onKeyDown={(event) => event.key === "Escape" && (opened.value = "")}>
       <div class="row"><b class="grow">Speed</b><button type="button" class="tool small" title="Close" onClick={() => (opened.value = "")}><Icon name="x" size={14} /></button></div>
       <Factor name="All robots" factor={speedFactor.value} set={(factor) => void setSpeedFactor(factor)} />
-      {robotNames.value.length > 0 && <p class="row muted heads"><span class="grow">Each of them, times all</span><span>tool at most</span></p>}
+      {robotNames.value.length > 0 && <p class="row muted heads"><span class="grow">Each of them, times all</span><span>tool at most, 0: no limit</span></p>}
       <div class="robots">
         {robotNames.value.map((name) => {
           const { speedFactor: own = 1, tcpSpeedLimit = 0 } = states.value.get(name) ?? {};
