@@ -49,6 +49,12 @@ def test_commands_and_nodes_are_found_by_words(console: Console, stepped: Stubs,
                 page.keyboard.press("ArrowDown")
             page.keyboard.press("Enter")
             expect(page.get_by_role("tab", name="Library")).to_have_attribute("aria-selected", "true")
+            # A panel, by what it is for: nothing is called a jog, since its button has to be held.
+            page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
+            page.keyboard.type("jog")
+            expect(options.first).to_contain_text("Show Pendant")
+            page.keyboard.press("Escape")
             # One of a choice, by what it is about; what it means is told where the pointer rests.
             page.keyboard.press("Control+k")
             expect(field).to_be_focused()

@@ -2,6 +2,7 @@
 import { signal, type Signal } from "@preact/signals";
 import { h, render } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
+import { ABOUT } from "../kernel/help";
 import { items, selected } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
 import type { Tab } from "../parts/tabs";
@@ -14,6 +15,8 @@ interface Command {
   name: string;
   place: string;
   kind?: string;
+  /** What a panel is for: it is found by these words, too, after what is called so. */
+  about?: string;
   run: () => void;
 }
 
@@ -29,6 +32,7 @@ interface Search {
   at: number;
 }
 
+const purposes = new Map(Object.values(ABOUT).map(({ name, says }) => [name, says.join(" ")]));
 const search = signal<Search | undefined>(undefined);
 let before: Element | null = null;
 
@@ -49,7 +53,9 @@ function* buttons(): Iterable<Command> {
     const place = one.closest("aside, section, header, footer, nav, [role=tabpanel], [role=toolbar]")?.ariaLabel ?? "";
     if (!name || known.has(`${place}/${name}`)) continue;
     known.add(`${place}/${name}`);
-    yield { name: one.getAttribute("role") === "tab" ? `Show ${name}` : name, place, run: () => one.click() };
+    const run = () => one.click();
+    if (one.getAttribute("role") !== "tab") yield { name, place, run };
+    else yield { name: `Show ${name}`, place, about: purposes.get(name), run };
   }
 }
 
@@ -80,12 +86,14 @@ function* nodes(): Iterable<Command> {
   }
 }
 
-/** Returns the commands that have all words in their names; those whose name begins with the first come first. */
+/** Returns the commands that have all words in their names, first those whose name begins with the first; then panels that are about them. */
 function found({ commands, words }: Search): Command[] {
   const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
-  const fit = commands.filter(({ name, place }) => wanted.every((word) => `${name} ${place}`.toLowerCase().includes(word)));
+  const has = (text: string) => wanted.every((word) => text.toLowerCase().includes(word));
+  const fit = commands.filter(({ name, place }) => has(`${name} ${place}`));
   const begins = ({ name }: Command) => (wanted.length && name.toLowerCase().startsWith(wanted[0]) ? 0 : 1);
-  return fit.sort((a, b) => begins(a) - begins(b)).slice(0, MOST_SHOWN);
+  const others = commands.filter((one) => !fit.includes(one) && has(one.about ?? ""));
+  return [...fit.sort((a, b) => begins(a) - begins(b)), ...others].slice(0, MOST_SHOWN);
 }
 
 export function Finder() {
