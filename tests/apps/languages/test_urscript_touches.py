@@ -21,7 +21,7 @@ _DOWN = """def down():
   textmsg(tool_contact())
   steps = 0
   while steps == 0:
-    speedl([0, 0, -0.05, 0, 0, 0], 1, 0.01)
+    speedl([0, 0, -0.02, 0, 0, 0], 1, 0.01)
     steps = tool_contact(get_target_tcp_speed())
   end
   q = get_actual_joint_positions_history(steps)
