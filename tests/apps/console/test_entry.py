@@ -17,6 +17,7 @@ import trustme
 import virtualrobot
 from virtualrobot import InvalidArgumentError
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot.session import token_path
 from virtualrobot_apps.console.door import MOST_LINKS, Door
 from virtualrobot_apps.console.serving import listen
 
@@ -31,23 +32,24 @@ HOST = {"host": "127.0.0.1:8090"}
 
 def test_a_link_is_good_once_and_its_session_is_for_the_own_page_alone() -> None:
     door = Door([], [], 8090, secure=False)
-    key = door.new_link("secret")
+    key = door.new_link(lambda: "secret")
     cookie = door.enter(key)
     assert cookie is not None and "secret" not in cookie and "HttpOnly; SameSite=Strict" in cookie
     assert door.enter(key) is None and door.enter("") is None
     headers = HOST | {"cookie": cookie.partition(";")[0]}
-    assert door.token(headers) == "secret"
-    assert door.token(headers | {"origin": "http://127.0.0.1:8090"}) == "secret"
+    for own in (headers, headers | {"origin": "http://127.0.0.1:8090"}):
+        token = door.token(own)
+        assert token and token() == "secret"
     assert door.token(headers | {"origin": "http://127.0.0.1:9000"}) is None
     assert door.token(HOST | {"cookie": "virtualrobot-8090=other"}) is None
     assert door.token(HOST | {"cookie": "virtualrobot-8090"}) is None
-    assert "Secure" in (Door([], [], 1, secure=True).enter(door.new_link("x")) or "Secure")
+    assert "Secure" in (Door([], [], 1, secure=True).enter(door.new_link(lambda: "x")) or "Secure")
 
 
 def test_links_are_not_kept_without_end() -> None:
     door = Door([], [], 8090, secure=False)
-    first = door.new_link("secret")
-    newer = [door.new_link("secret") for _ in range(MOST_LINKS)]
+    first = door.new_link(lambda: "secret")
+    newer = [door.new_link(lambda: "secret") for _ in range(MOST_LINKS)]
     assert door.enter(first) is None and door.enter(newer[0]) is not None
 
 
@@ -164,6 +166,25 @@ def test_the_kernel_judges_each_call_by_its_token(start_kernel: StartKernel) -> 
             == 200
         )
         assert "panel on 127.0.0.1" in client.history.list()[0].author
+
+
+@pytest.mark.long
+def test_a_page_goes_on_with_the_new_token_of_a_kernel_that_was_started_again(start_kernel: StartKernel) -> None:
+    kernel = start_kernel(no_token=False)
+    file = token_path(int(kernel.address.rpartition(":")[2]))
+    token = file.read_text()
+    with consoles(kernel.address) as console:
+        cookie = cookie_of(console.link)
+        other = cookie_of(console.ask("/link", cookie=cookie).json["url"])
+        with console.page(Cookie=cookie) as page:
+            assert page.ask(CLOCK)
+            assert kernel.end() == 0
+            start_kernel("--port", kernel.address.rpartition(":")[2], no_token=False)
+            assert file.read_text() != token
+            until(lambda: console.ask(CLOCK, cookie=cookie).status == 200)
+            assert console.ask(CLOCK, cookie=other).status == 200
+            assert page.ask(CLOCK)
+        assert console.ask(CLOCK, authorization=bearer(token.strip())).status == 401
 
 
 @pytest.mark.long

@@ -5,12 +5,17 @@ from __future__ import annotations
 import os
 import sys
 import webbrowser
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from virtualrobot.cli.options import Target, WholeRange, target_options
 from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_address
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.console.door import Token
 
 
 @click.command(short_help="Serve the console, and the contract to browsers, curl and MATLAB.")
@@ -64,8 +69,8 @@ def console(
 
     with target.connect("console") as client:
         address, most = client.address, client.info.limits["message_bytes"]
-    token, _ = find_token(split_address(address)[1], target.token_file)
-    if not token and not is_loopback(host):
+    token = _found(split_address(address)[1], target.token_file)
+    if not token() and not is_loopback(host):
         raise click.UsageError("a kernel without token isn't served to other machines: start it with one")
     kernel = Kernel(address, token, target.certificate, most, connections)
     opened = sys.stdout.isatty() and has_desktop() if browser is None else browser
@@ -73,6 +78,22 @@ def console(
     if own_certificate:
         place = place.with_own_certificate()
     run(kernel, place, click.echo, webbrowser.open if opened else None, end_with_input)
+
+
+def _found(port: int, file: Path | None) -> Token:
+    """Return what tells this user's token for a kernel; where there is none any more, the last one.
+
+    Raises ValueError where what there is at first is no token.
+    """
+    last, _ = find_token(port, file)
+
+    def tell() -> str:
+        nonlocal last
+        with suppress(ValueError):
+            last = find_token(port, file)[0] or last
+        return last
+
+    return tell
 
 
 def has_desktop() -> bool:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import ipaddress
 import secrets
 import socket
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import urlsplit
 
 Headers = dict[str, str]
+Token = Callable[[], str]
+"""Tells a token of the kernel as it is now: one that is started anew may have another one."""
 
 MOST_LINKS, MOST_SESSIONS = 100, 1000
 """Links and sessions that are remembered; the oldest go first."""
@@ -30,8 +32,8 @@ class Door:
         self._scheme = "https" if secure else "http"
         # Cookies are for all ports of a host, so that the names of two consoles' differ.
         self._cookie = f"virtualrobot-{port}"
-        self._links: dict[str, str] = {}
-        self._sessions: dict[str, str] = {}
+        self._links: dict[str, Token] = {}
+        self._sessions: dict[str, Token] = {}
 
     def fault(self, headers: Headers) -> str:
         """Return why a request may not come in, "" when it may."""
@@ -52,7 +54,7 @@ class Door:
         """Return whether pages of another origin may call."""
         return origin.lower() in self._origins
 
-    def new_link(self, token: str) -> str:
+    def new_link(self, token: Token) -> str:
         """Return the key of a link that lets one browser in with a token of the kernel."""
         return _kept(self._links, token, MOST_LINKS)
 
@@ -65,7 +67,7 @@ class Door:
         secure = "; Secure" if self._scheme == "https" else ""
         return f"{self._cookie}={session}; Path=/; HttpOnly; SameSite=Strict{secure}"
 
-    def token(self, headers: Headers) -> str | None:
+    def token(self, headers: Headers) -> Token | None:
         """Return the token of the browser's session; None without one."""
         if not self.is_own(headers):
             return None
@@ -89,7 +91,7 @@ class Door:
         return True
 
 
-def _kept(table: dict[str, str], token: str, most: int) -> str:
+def _kept(table: dict[str, Token], token: Token, most: int) -> str:
     key = secrets.token_urlsafe(24)
     table[key] = token
     while len(table) > most:

@@ -12,6 +12,7 @@ from typing import Any
 from virtualrobot._wire.transport import LEASE_KEY, NAME_KEY
 
 from virtualrobot_apps.console.contract import Method, methods
+from virtualrobot_apps.console.door import Token
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.upstream import Metadata, Upstream
 from virtualrobot_apps.console.wires import CONTENT_TYPES, Limit, Wire, wire_of
@@ -34,13 +35,14 @@ class Caller:
     """
 
     headers: dict[str, str]
-    token: str | None
+    token: Token | None
     place: str
 
     def metadata(self, more: Mapping[str, str] = MappingProxyType({})) -> Metadata:
         """Return the metadata of a call; a token of its own goes before the session's; `more` are its own headers."""
         headers = self.headers | dict(more)
-        token = headers.get("authorization") or (f"Bearer {self.token}" if self.token else "")
+        session = self.token() if self.token else ""
+        token = headers.get("authorization") or (f"Bearer {session}" if session else "")
         name = headers.get("client-name") or headers.get("user-agent", "").split("/")[0] or "web"
         said = f"{name:.120} on {self.place}".encode("ascii", "backslashreplace").decode()
         # Several leases are several headers, which HTTP may join.

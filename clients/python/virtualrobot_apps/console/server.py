@@ -137,7 +137,8 @@ class Server:
         try:
             await self._upstream.info(metadata)
             token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
-            key, own = self._door.new_link(token), f"{scheme}://{host}"
+            session = None if "authorization" in caller.headers else caller.token
+            key, own = self._door.new_link(session or (lambda: token)), f"{scheme}://{host}"
             told = (self._reach or Reach(own)).invited(host, key) if coded else {"url": f"{own}/?key={key}"}
         except Refusal as refusal:
             await refuse(send, refusal)

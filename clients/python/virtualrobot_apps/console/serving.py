@@ -18,7 +18,7 @@ import virtualrobot
 from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.asgi import server_config
-from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.door import Door, Token
 from virtualrobot_apps.console.editing import PageEditors
 from virtualrobot_apps.console.invitation import Reach
 from virtualrobot_apps.console.page_files import AUTHORITY, is_built
@@ -41,13 +41,13 @@ _FRAME_BYTES = 1024
 class Kernel:
     """The kernel that is served.
 
-    token: what pages that come in by the printed link may do is what this token may.
+    token: tells the token of the console; what pages that come in by the printed link may do is what it may.
     message_bytes: the greatest message that it takes.
     connections: a file of connections that run with that token from the begin; None: none.
     """
 
     address: str
-    token: str
+    token: Token
     certificate: Path | None
     message_bytes: int
     connections: Path | None = None
@@ -177,7 +177,7 @@ async def _serve(
     except OSError as error:
         raise InvalidArgumentError(f"--tls-certificate and --tls-key are no certificate and its key: {error}") from None
     if kernel.connections is not None:
-        await tools.begin(kernel.token, kernel.connections)
+        await tools.begin(kernel.token(), kernel.connections)
     tell("console at")
     say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
     if place.authority is not None:
