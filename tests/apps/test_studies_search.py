@@ -46,7 +46,7 @@ def test_a_search_finds_the_lowest_place_of_a_valley(tmp_path: Path, goal: str, 
     assert (best["x"], best["y"]) == pytest.approx((0.7, 3.0), abs=1e-3)
     text = report(study, parts)
     first = text[text.index("Best cells") :].partition("</tr><tr>")[2]
-    assert first.startswith(f"<td>{best['cell']}</td>")
+    assert first.startswith(f'<td class="number">{best["cell"]}</td>')
     assert "95% interval</th>" in text and " to " not in text[text.index("<h2>cost") :].partition("<svg")[0]
 
 
@@ -158,5 +158,5 @@ def f(cell):
     assert [one.total_order for one in found.values()] == pytest.approx(
         [(x + xz) / whole, y / whole, xz / whole], abs=0.02
     )
-    assert f"<td>y</td><td>{found['y'].first_order:.3f}</td>" in report(study, parts)
+    assert f'<td>y</td><td class="number">{found["y"].first_order:.3f}</td>' in report(study, parts)
     assert summary.sensitivities(study, np.full(study.cells.count, np.nan)) is None
