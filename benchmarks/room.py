@@ -205,6 +205,8 @@ def run() -> list[Row]:
         for _ in range(ROUNDS):
             with browsers() as browser:
                 hangs.append(hang_seconds(browser, console, client))
+        client.stop()
+        until(lambda: not client.motions())
         client.scene.remove("iiwa")
         cell.load(client)
         calls, triangles, frame = drawn(console)
