@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import statistics
 
-import virtualrobot
 from playwright.sync_api import Page
 
 from benchmarks.processes import kernel
@@ -81,7 +80,6 @@ def run() -> list[Row]:
     """Return the medians; budgets: 2,000 lines in 150 ms, a step in 50 ms."""
     with (
         kernel("--headless") as (address, _),
-        virtualrobot.connect(address),
         consoles(address) as console,
         browsers() as browser,
     ):

@@ -7,7 +7,6 @@ is CLOCK_MONOTONIC); where the robot was at which time says the kernel, whose ti
 from __future__ import annotations
 
 import base64
-import re
 import struct
 import time
 from collections.abc import Iterator
@@ -24,10 +23,9 @@ from virtualrobot_apps.demos.palletizing import cell
 from benchmarks.console import LONGEST, Robot, beats, hang, pumped
 from benchmarks.processes import kernel
 from benchmarks.rows import Row, row
-from tests.apps.console import browsing
 from tests.apps.console.browsing import browsers
 from tests.apps.console.consoles import Console, consoles
-from tests.apps.console.headsets import EMULATOR, IWER, Person, in_room
+from tests.apps.console.headsets import Person, in_room
 from tests.waiting import until
 
 ROUNDS = 10
@@ -178,13 +176,10 @@ def hang_seconds(browser: Browser, console: Console, client: Client) -> float:
         robot.end()
 
 
-def drawn(console: Console) -> tuple[float, float, float]:
+def drawn(browser: Browser, console: Console) -> tuple[float, float, float]:
     """Return calls, triangles and the page's time (s) of a headset's frame, medians of 50: of both eyes."""
-    script = IWER.read_text("utf-8") + EMULATOR + COUNTED
-    with browsers() as browser, browsing.opened(browser, console.url + browsing.PLAIN, script=script) as page:
-        page.locator('.view .canvas[aria-busy="false"]').wait_for()
-        page.get_by_role("toolbar", name="View").get_by_title(re.compile("^Augmented reality")).click()
-        calls, triangles, milliseconds = np.median(page.evaluate(FRAMES), axis=0)
+    with in_room(browser, console, "iiwa", script=COUNTED) as person:
+        calls, triangles, milliseconds = np.median(person.page.evaluate(FRAMES), axis=0)
     return calls, triangles, 1e-3 * milliseconds
 
 
@@ -209,7 +204,8 @@ def run() -> list[Row]:
         until(lambda: not client.motions())
         client.scene.remove("iiwa")
         cell.load(client)
-        calls, triangles, frame = drawn(console)
+        with browsers() as browser:
+            calls, triangles, frame = drawn(browser, console)
     promised = "what is promised"
     return [
         row(

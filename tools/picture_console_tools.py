@@ -152,13 +152,18 @@ def _traces(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_role("tab", name="Traces").click()
 
 
-def _code(client: virtualrobot.Client, page: Page) -> None:
-    """Debug a program in RAPID until its second part, while the arm is on its way."""
+def _open_code(client: virtualrobot.Client, page: Page) -> None:
+    """Open a program in RAPID for an arm beside the cell."""
     client.load_robot("model://irb120", name="sorter", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
     page.get_by_role("tab", name="Code").click()
     page.locator("#open-code").wait_for(state="attached")
     page.set_input_files("#open-code", {"name": "sort.mod", "mimeType": "", "buffer": SORT.encode()})
     page.get_by_label("Robot that it moves").select_option("sorter")
+
+
+def _code(client: virtualrobot.Client, page: Page) -> None:
+    """Debug a program in RAPID until its second part, while the arm is on its way."""
+    _open_code(client, page)
     page.locator(".cm-breakpoints .cm-gutterElement").nth(SORT.split("parts := parts")[0].count("\n") + 1).click()
     page.locator("#run-code").click()
     page.get_by_label("Value of parts").wait_for()
@@ -169,12 +174,8 @@ def _code(client: virtualrobot.Client, page: Page) -> None:
 
 def _ahead(client: virtualrobot.Client, page: Page) -> Locator:
     """Run the same program, and let time stand still on the way to the tray: what is planned is drawn."""
-    client.load_robot("model://irb120", name="sorter", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
+    _open_code(client, page)
     page.locator('.node[data-name="sorter"]').click()
-    page.get_by_role("tab", name="Code").click()
-    page.locator("#open-code").wait_for(state="attached")
-    page.set_input_files("#open-code", {"name": "sort.mod", "mimeType": "", "buffer": SORT.encode()})
-    page.get_by_label("Robot that it moves").select_option("sorter")
     page.locator("#run-code").click()
     page.locator(".cm-motion").get_by_text("tray").wait_for()
     client.clock.set_stepped()

@@ -191,10 +191,16 @@ class Person:
 
 @contextmanager
 def in_room(
-    browser: Browser, console: Console, robot: str, *, mode: str = "Augmented reality", by_hand: bool = False
+    browser: Browser,
+    console: Console,
+    robot: str,
+    *,
+    mode: str = "Augmented reality",
+    by_hand: bool = False,
+    script: str = "",
 ) -> Iterator[Person]:
-    """Give a person in the room before a robot at the world's origin."""
-    script = IWER.read_text("utf-8") + EMULATOR
+    """Give a person in the room before a robot at the world's origin; the page runs a script before its own."""
+    script = IWER.read_text("utf-8") + EMULATOR + script
     with opened(browser, console.url + PLAIN, width=900, height=500, script=script) as page:
         row(page, robot).click()
         page.keyboard.press("1")

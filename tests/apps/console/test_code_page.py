@@ -84,6 +84,14 @@ class Desk:
         """Choose what is moved; "" is nothing."""
         self.page.get_by_label("Robot that it moves").select_option(name)
 
+    def stop_at(self, text: str, breakpoint: int, line: str) -> None:
+        """Run a program without a robot until its breakpoint, which is in a line, or before it."""
+        self.write(text)
+        self.robot("")
+        self.breakpoint(breakpoint)
+        self.page.locator("#run-code").click()
+        self.stands_at(line)
+
     def press(self, title: str) -> None:
         """Press a button of the bar."""
         self.page.get_by_title(re.compile(f"^{title}")).click()
@@ -151,11 +159,7 @@ def test_faults_are_told_as_the_text_is_written(desk: Desk) -> None:
 
 
 def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
-    desk.write(SUMS)
-    desk.robot("")
-    desk.breakpoint(6)
-    desk.page.locator("#run-code").click()
-    desk.stands_at("      add i;")
+    desk.stop_at(SUMS, 6, "      add i;")
     expect(desk.part("Routine")).to_contain_text("i")
     desk.press("Into")
     desk.stands_at("    total := total + x;")
@@ -182,11 +186,7 @@ def test_a_program_is_debugged_and_answered(desk: Desk) -> None:
 
 
 def test_a_breakpoint_goes_to_the_next_statement(desk: Desk) -> None:
-    desk.write(SUMS)
-    desk.robot("")
-    desk.breakpoint(3)
-    desk.page.locator("#run-code").click()
-    desk.stands_at("    FOR i FROM 1 TO 3 DO")
+    desk.stop_at(SUMS, 3, "    FOR i FROM 1 TO 3 DO")
     expect(desk.beside(5).locator(".cm-breakpoint")).to_be_visible()
     expect(desk.beside(3).locator(".cm-breakpoint")).to_have_count(0)
     desk.press("End")

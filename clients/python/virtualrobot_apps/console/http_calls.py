@@ -38,11 +38,15 @@ class Caller:
     token: Token | None
     place: str
 
+    def carried(self) -> str:
+        """Return the token of its calls: one of its own goes before the session's; "" without one."""
+        own = self.headers.get("authorization", "").removeprefix("Bearer ")
+        return own or (self.token() if self.token else "")
+
     def metadata(self, more: Mapping[str, str] = MappingProxyType({})) -> Metadata:
         """Return the metadata of a call; a token of its own goes before the session's; `more` are its own headers."""
         headers = self.headers | dict(more)
-        session = self.token() if self.token else ""
-        token = headers.get("authorization") or (f"Bearer {session}" if session else "")
+        token = headers.get("authorization") or (f"Bearer {session}" if (session := self.carried()) else "")
         name = headers.get("client-name") or headers.get("user-agent", "").split("/")[0] or "web"
         said = f"{name:.120} on {self.place}".encode("ascii", "backslashreplace").decode()
         # Several leases are several headers, which HTTP may join.

@@ -136,9 +136,7 @@ class Server:
         metadata, host = caller.metadata(), caller.headers["host"]
         try:
             await self._upstream.info(metadata)
-            token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
-            session = None if "authorization" in caller.headers else caller.token
-            key, own = self._door.new_link(session or (lambda: token)), f"{scheme}://{host}"
+            key, own = self._door.new_link(caller.carried), f"{scheme}://{host}"
             told = (self._reach or Reach(own)).invited(host, key) if coded else {"url": f"{own}/?key={key}"}
         except Refusal as refusal:
             await refuse(send, refusal)
