@@ -125,10 +125,10 @@ def test_what_a_robot_did_it_does_again(client: Client, kernel: KernelProcess, t
     slow = arm.move_joints([2.0, 0.5, 0.0, -0.5, 0.0, 0.5, 0.0], speed_factor=0.02, wait=False)
     address = ["--address", kernel.address]
     told = CliRunner().invoke(episode, ["record", str(tmp_path), "--seconds", "1.0", *address])
+    assert told.exit_code == 0, told.output
     slow.cancel()
     with pytest.raises(MotionEndedError):
-        slow.wait()
-    assert told.exit_code == 0, told.output
+        slow.wait(60)
     file = tmp_path / "episode-000000.mcap"
     assert f"{file}: 1.0 s" in told.output
     recorded = read_episode(file)

@@ -34,6 +34,9 @@ log = logging.getLogger(__name__)
 BEAT_SECONDS = 0.05
 """Time (s) from one beat of a motion that is held to the next; the kernel takes 0.2 s without one for a key let go."""
 
+_SILENT_SECONDS = 5.0
+"""Time (s) without a word of its watch after which the kernel is asked how a motion is."""
+
 
 @checked
 class Motion:
@@ -63,6 +66,7 @@ class Motion:
         self._state = MotionState.of(message)
         self._error: VirtualRobotError | None = None
         self._stream: Stream[motion_pb2.WatchMotionResponse] | None = None
+        self._heard = time.monotonic()
 
     @property
     def state(self) -> MotionState:
@@ -138,13 +142,12 @@ class Motion:
             if not checked and not self.state.phase.ended:
                 check_time_follows_the_wall(self._services)
             self.keep_watching()
-            with self._changed:
-                while self._error is None and not self._state.phase.ended:
-                    left = None if end is None else end - time.monotonic()
-                    if left is not None and left <= 0:
-                        raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on")
-                    # Never without a limit: on Windows Ctrl-C would not get through.
-                    interruptions.wait(self._changed, 0.5 if left is None else min(left, 0.5))
+            while not self._has_ended_by(end):
+                if end is not None and time.monotonic() >= end:
+                    raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on: {self!r}")
+                self._heard = time.monotonic()
+                if self.state.phase.ended:  # where it has not, time stands still
+                    log.warning("motion %s has ended, which its watch did not tell", self.id)
         except KeyboardInterrupt as interrupted:
             self.cancel(str(interrupted) or "interrupted from the keyboard")
             raise
@@ -152,6 +155,17 @@ class Motion:
             raise self._error
         self._state.raise_early_end()
         return self
+
+    def _has_ended_by(self, end: float | None) -> bool:
+        """Wait for its end, until a time of `time.monotonic` or until its watch is silent; return whether it came."""
+        with self._changed:
+            while self._error is None and not self._state.phase.ended:
+                limit = self._heard + _SILENT_SECONDS if end is None else min(end, self._heard + _SILENT_SECONDS)
+                if (left := limit - time.monotonic()) <= 0.0:
+                    return False
+                # Never without a limit: on Windows Ctrl-C would not get through.
+                interruptions.wait(self._changed, min(left, 0.5))
+            return True
 
     def append(
         self,
@@ -311,6 +325,7 @@ class Motion:
     def _told(self, message: motion_pb2.Motion) -> MotionState:
         """Take what the kernel told, and return it; the end that is known already is its last state."""
         with self._changed:
+            self._heard = time.monotonic()
             if not self._state.phase.ended:
                 self._state = MotionState.of(message)
                 self._changed.notify_all()
