@@ -278,9 +278,8 @@ def test_a_protective_stop_ends_the_script() -> None:
         ("speedj([0, 0, 0, 0, 0, 0], 1e200 * 1e200)", "a is a finite number, not inf"),
         ("set_payload(-1)", "m is 0 or more kg, not -1"),
         ("set_digital_out(10, True)", "n is a whole number from 0 to 9, not 10"),
-        ("force_mode(p[0, 0, 0, 0, 0, 0], [0], [0], 2, [0])", "'force_mode' can't be used here yet"),
+        ("freedrive_mode()", "'freedrive_mode' can't be used here yet"),
         ('rtde_set_watchdog("speed", 1, "stop")', "there is no input 'speed' of RTDE"),
-        ("zero_ftsensor()", "'zero_ftsensor' can't be used here yet"),
         ('socket_open("127.0.0.1", 0)', "port is a whole number from 1 to 65535, not 0"),
     ],
 )

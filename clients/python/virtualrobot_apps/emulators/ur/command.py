@@ -38,6 +38,8 @@ def ur(
     """
     from virtualrobot_apps.emulators.body import ArmLimits, Body, SimulatedArm, Twin
     from virtualrobot_apps.emulators.ur.controller import Controller
+    from virtualrobot_apps.emulators.ur.forces import Forces, Unmeasured, Wrist
+    from virtualrobot_apps.emulators.ur.kinematics import MODELS as LENGTHS
     from virtualrobot_apps.emulators.ur.lengths import USUAL, model_of
     from virtualrobot_apps.emulators.ur.orders import obey
     from virtualrobot_apps.emulators.ur.server import Server
@@ -45,7 +47,7 @@ def ur(
 
     with ExitStack() as stack:
         body: Body = SimulatedArm(HOME, ArmLimits.usual(6, lag))
-        touches: Touches | None = None
+        touches, forces = None, Forces()
         if robot is not None:
             client = stack.enter_context(target.connect("UR emulator"))
             if client.clock.mode == "stepped":
@@ -57,6 +59,9 @@ def ur(
             if model is None and (model := model_of(arm)) is None:
                 said = f"{robot} has the lengths of none of {', '.join(MODELS)}: poses are those of a {USUAL}"
                 click.echo(f"{said}; --model chooses another one", err=True)
+            forces = Forces(Wrist(client, arm, twin, LENGTHS[model or USUAL]))
+            with suppress(Unmeasured):
+                forces.find()
         stack.callback(body.close)
         try:
             server = Server(Controller(body, model or USUAL, rate=rate), host, click.echo)
@@ -64,7 +69,7 @@ def ur(
             raise click.ClickException(str(error)) from error
         except OSError as error:
             raise click.ClickException(f"the ports 29999 to 30004 of {host} can't be had: {error}") from error
-        server.controller.touches = touches
+        server.controller.touches, server.controller.forces = touches, forces
         stack.callback(server.close)
         over = threading.Event()
         signal.signal(signal.SIGTERM, lambda *_: over.set())

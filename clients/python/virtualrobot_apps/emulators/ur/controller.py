@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from enum import IntEnum
 from typing import Protocol
 
@@ -11,6 +12,8 @@ import numpy as np
 
 from virtualrobot_apps.emulators.body import Body
 from virtualrobot_apps.emulators.ur import kinematics
+from virtualrobot_apps.emulators.ur.compliance import Compliance
+from virtualrobot_apps.emulators.ur.forces import Forces, Payload, Unmeasured
 from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats
 from virtualrobot_apps.emulators.ur.moves import PLANNED, Move, Servo, Stop
 from virtualrobot_apps.emulators.ur.touches import Touches
@@ -125,6 +128,9 @@ class Controller:
         """The program stands where it is, and so does the move that it makes."""
         self.touches: Touches | None = None
         """Touches of the robot in a kernel, which tool_contact tells."""
+        self.forces = Forces()
+        self.compliance: Compliance | None = None
+        """Force mode, where it is on."""
         self.attended = self.popup = False
         """Somebody is there who can close a popup; one is open for which a script waits."""
         self.off = False
@@ -162,7 +168,17 @@ class Controller:
     @property
     def moving(self) -> bool:
         """The arm is on its way, or hasn't quite arrived."""
-        return self.move is not None or self._follows
+        return self.move is not None or (self._follows and self.compliance is None)
+
+    @property
+    def payload(self) -> Payload:
+        """Mass on the flange, as scripts have set it."""
+        return Payload(self.mass, np.array(self.center))
+
+    @property
+    def base_t_flange(self) -> Floats:
+        """Pose (4, 4) of the flange."""
+        return kinematics.forward(self.model, self.body.read()[0])
 
     def cycle(self) -> None:
         """Do what a cycle does."""
@@ -197,19 +213,24 @@ class Controller:
     def _advance(self) -> None:
         change = self.dt / PAUSE_SECONDS
         self._pace = max(0.0, self._pace - change) if self.paused else min(1.0, self._pace + change)
-        if self.move is not None and self.mode is RobotMode.RUNNING:
-            # Slider and pause slow moves that the controller plans; setpoints and stops have their own time.
-            seconds = self.dt * (self.slider * self._pace if isinstance(self.move, PLANNED) else 1.0)
+        if self.compliance is not None and self.compliance.resting and self.move is not self.compliance.move:
+            self.compliance = None
+        gives_way = self.compliance is not None and not self.paused
+        if (self.move is not None or gives_way) and self.mode is RobotMode.RUNNING:
             try:
-                goal = self.move.advance(self.target, self.velocity, seconds)
+                goal = self._setpoint()
             except kinematics.NoPosture as error:
                 self.move = None
                 self.protective_stop(str(error))
                 return
+            except Unmeasured as error:
+                self.end_program()
+                self.say(255, 0, f"the force mode ends: {error}")
+                return
             self.velocity = (goal - self.target) / self.dt
             self.target = goal
-            if self.move.over:
-                self.move, self.velocity = None, np.zeros(6)
+            if self.move is not None and self.move.over:
+                self.move, self.velocity = None, self.velocity if gives_way else np.zeros(6)
             self.body.follow(self.target)
             self._follows, self._settling = True, 0
         elif self._follows:
@@ -220,6 +241,35 @@ class Controller:
                 self._follows = False
             else:
                 self.body.follow(self.target)
+
+    def _setpoint(self) -> Floats:
+        """Return the next setpoint (6,)."""
+        mode = self.compliance
+        if mode is None:
+            return self._planned(self.target, self.velocity)
+        if mode.move is not self.move:
+            mode.follow(self.move, self.target, self.velocity)
+        goal = self._planned(mode.planned, mode.planned_velocity)
+        felt = np.zeros(6) if mode.resting else self.felt()
+        return mode.advance(self.model, self.tcp, self.target, goal, felt, self.body.read()[0])
+
+    def _planned(self, here: Floats, velocity: Floats) -> Floats:
+        """Return the next setpoint (6,) that the move would have, where it is `here` (6,) at a `velocity` (6,)."""
+        if self.move is None:
+            return here
+        # Slider and pause slow moves that the controller plans; setpoints and stops have their own time.
+        seconds = self.dt * (self.slider * self._pace if isinstance(self.move, PLANNED) else 1.0)
+        return self.move.advance(here, velocity, seconds)
+
+    def felt(self) -> Floats:
+        """Return force and torque (6,) on the tool about the TCP, along the base's axes. Raises Unmeasured."""
+        return self.forces.on_tool(self.base_t_flange, self.tcp, self.payload)
+
+    def give_way(self) -> Compliance:
+        """Return the force mode, which begins unless it is on."""
+        if self.compliance is None:
+            self.compliance = Compliance(self.move, self.begin(), self.velocity, self.rate)
+        return self.compliance
 
     def go(self, move: Callable[[Floats], Move]) -> None:
         """Begin a move, made from where the setpoint is; its own controller's programs alone call it."""
@@ -266,7 +316,7 @@ class Controller:
         """End the program; what moves slows down."""
         if self.program is not None:
             program, self.program, self.watchdog = self.program, None, None
-            self.paused, self.popup, self._pace = False, False, 1.0
+            self.paused, self.popup, self._pace, self.compliance = False, False, 1.0, None
             program.close()
             self.halt()
 
@@ -298,11 +348,9 @@ class Controller:
         self.watchdog = Watchdog(variable, cycles, pauses) if cycles else None
 
     def take(self, values: Mapping[str, object]) -> None:
-        """Take inputs that a client has set; a force that is told the robot ends the program, which can't use it."""
-        if "external_force_torque" in values and self.program is not None:
-            self.end_program()
-            self.say(255, 0, "'external_force_torque' can't be used here yet: an emulated arm knows no forces")
+        """Take inputs that a client has set."""
         self.inputs.update(values)
+        self.forces.told = np.array(self.inputs.get("external_force_torque", self.forces.told), dtype=np.float64)
         if self.watchdog is not None and self.watchdog.variable in values:
             self.watchdog.silent = 0
         for name, shift in (("standard", 0), ("configurable", 8), ("tool", 16)):
@@ -382,6 +430,9 @@ class Controller:
         model, running = self.model, self.mode is RobotMode.RUNNING
         actual, target = (kinematics.pose_of(kinematics.forward(model, q, self.tcp)) for q in (positions, self.target))
         runs = self.playing
+        felt = raw = np.zeros(6)
+        with suppress(Unmeasured):
+            felt, raw = self.felt(), self.forces.measured(self.base_t_flange)[0]
         safety = {SafetyMode.NORMAL: 1, SafetyMode.REDUCED: 2, SafetyMode.PROTECTIVE_STOP: 4}.get(self.safety, 0)
         safety |= {SafetyMode.SAFEGUARD_STOP: 16, SafetyMode.ROBOT_EMERGENCY_STOP: 64 | 128}.get(self.safety, 0)
         return {
@@ -394,6 +445,9 @@ class Controller:
             "actual_TCP_pose": actual,
             "target_TCP_pose": target if self._follows else actual,
             "actual_TCP_speed": kinematics.jacobian(model, positions, self.tcp) @ velocities,
+            "actual_TCP_force": felt,
+            "ft_raw_wrench": raw,
+            "tcp_force_scalar": float(np.linalg.norm(felt[:3])),
             "tcp_offset": kinematics.pose_of(self.tcp),
             "joint_mode": 253 if running else 239,
             "robot_mode": int(self.mode),

@@ -5,10 +5,11 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+from virtualrobot.geometry import rotation_vector_of
 from virtualrobot.robots.robot import Robot
 
 from virtualrobot_apps.emulators.ur import kinematics
-from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats
+from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats, Model
 
 USUAL = "ur5e"
 """Model of an arm that has the lengths of none, and of one without a kernel."""
@@ -42,3 +43,16 @@ def model_of(robot: Robot) -> str | None:
 def _ways(flanges: list[Floats]) -> Floats:
     """Return the distances (m) between positions of poses (4, 4), which are the same in every frame."""
     return np.array([float(np.linalg.norm(a[:3, 3] - b[:3, 3])) for a, b in combinations(flanges, 2)], dtype=np.float64)
+
+
+def turn_of_flange(robot: Robot, model: Model) -> Floats:
+    """Return the rotation (3, 3) from the frame of a robot's flange to that of the model's, by turns of both."""
+    names, turns = robot.joint_names, []
+    for frames in (
+        [robot.solve_forward(dict(zip(names, one, strict=True))).world_t_link[robot.flange] for one in _POSTURES],
+        [kinematics.forward(model, one) for one in _POSTURES],
+    ):
+        turns.append([rotation_vector_of(a[:3, :3].T @ b[:3, :3]) for a, b in combinations(frames, 2)])
+    # The same turns seen from both: the rotation between is the nearest one (Kabsch).
+    left, _, right = np.linalg.svd(np.array(turns[1]).T @ np.array(turns[0]))
+    return left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from virtualrobot_apps.emulators.ur.compliance import USUAL_DAMPING
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.moves import Move
 from virtualrobot_apps.languages.urscript.connections import Connections
@@ -18,6 +19,7 @@ class RobotTask(ScriptTask):
     Attributes:
         controller: the controller.
         connections: its sockets.
+        damping, gain: of its force mode.
     """
 
     def __init__(self, loaded: Loaded, controller: Controller) -> None:
@@ -25,6 +27,7 @@ class RobotTask(ScriptTask):
         super().__init__(loaded, controller.dt, controller.log)
         self.controller = controller
         self.connections = Connections()
+        self.damping, self.gain = USUAL_DAMPING, 1.0
         self._move: Move | None = None
         self._mover: Thread | None = None
         self._blending: Move | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-ROOMS = "arithmetic poses strings flow motion kinematics registers outputs setup sockets".split()
+ROOMS = "arithmetic poses strings flow motion kinematics forces registers outputs setup sockets".split()
 """Modules with functions, in the order of the documentation."""
 
 

@@ -259,7 +259,7 @@ def _get_target_payload_inertia(task: RobotTask) -> list[float]:
 
 @function("get_joint_torques")
 def _get_joint_torques(task: RobotTask) -> list[float]:
-    """Torques of the joints (Nm): 0, since an emulated arm knows no forces."""
+    """Torques of the joints (Nm): 0, since an emulated arm knows none."""
     return [0.0] * 6
 
 
@@ -279,15 +279,3 @@ def _get_jacobian_time_derivative(task: RobotTask, positions: Value, speeds: Val
     model, tool = task.controller.model, _tcp(task, tcp)
     after, before = (kinematics.jacobian(model, here + way * velocity, tool) for way in (_STEP, -_STEP))
     return ((after - before) / (2.0 * _STEP)).tolist()
-
-
-@function("get_tcp_force")
-def _get_tcp_force(task: RobotTask) -> list[float]:
-    """Force and torque at the tool (N, Nm): 0, since an emulated arm knows no forces."""
-    return [0.0] * 6
-
-
-@function("force")
-def _force(task: RobotTask) -> float:
-    """Size of the force at the tool (N): 0, since an emulated arm knows no forces."""
-    return 0.0

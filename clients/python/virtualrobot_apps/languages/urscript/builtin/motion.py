@@ -237,7 +237,7 @@ def _speed(task: RobotTask, wanted: Floats, linear: bool, acceleration: Value, s
         return
     yield
     while controller.move is move:
-        now = controller.velocity
+        now = controller.velocity if controller.compliance is None else controller.compliance.planned_velocity
         if linear:
             now = kinematics.jacobian(controller.model, controller.target, controller.tcp) @ now
         if np.abs(now - wanted).max() < 1e-3:
@@ -291,21 +291,3 @@ def _stopl(task: RobotTask, deceleration: Value, turning: Value) -> Iterator[Non
 def _protective_stop(task: RobotTask) -> None:
     """Stops the robot as after a collision, and the script with it."""
     task.controller.protective_stop("Protective stop by the program")
-
-
-def _only(name: str, value: Value, taken: float) -> None:
-    """Refuse a value of the force mode, but for the one that ur-rtde's control script begins with, mode or no mode."""
-    if number(value, name) != taken:
-        raise ScriptFault(f"a {name} of {text(value)} can't be used here yet: force mode can't, and {taken:g} is taken")
-
-
-@function("force_mode_set_damping", "damping")
-def _force_mode_set_damping(task: RobotTask, damping: Value) -> None:
-    """Takes 0.025, with which ur-rtde begins, for the damping of the force mode; others are refused, as the mode is."""
-    _only("damping", damping, 0.025)
-
-
-@function("force_mode_set_gain_scaling", "scaling")
-def _force_mode_set_gain_scaling(task: RobotTask, scaling: Value) -> None:
-    """Takes 0.5, with which ur-rtde begins, for the gain of the force mode; others are refused, as the mode is."""
-    _only("scaling", scaling, 0.5)
