@@ -17,10 +17,13 @@ from virtualrobot_sdk.srgb import to_linear
 
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 COMPONENTS: dict[np.dtype[Any], int] = {
+    np.dtype(np.int8): 5120,
     np.dtype(np.uint16): 5123,
     np.dtype(np.uint32): 5125,
     np.dtype(np.float32): 5126,
 }
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+"""Numbers of an element."""
 ROUGHNESS = 0.62
 """Between plaster (1) and a mirror (0): painted metal under a lamp."""
 
@@ -34,21 +37,29 @@ class Buffers:
         self.views: list[dict[str, int]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def append(self, chunk: bytes, target: int = 0) -> int:
-        """Add bytes, aligned to 4; return the index of their view."""
+    def append(self, chunk: bytes, target: int = 0, stride: int = 0) -> int:
+        """Add bytes, aligned to 4; return the index of their view.
+
+        Elements are `stride` bytes apart; 0: side by side.
+        """
         self.data.extend(b"\0" * (-len(self.data) % 4))
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(chunk)}
-        self.views.append({**view, "target": target} if target else view)
+        self.views.append(view | ({"target": target} if target else {}) | ({"byteStride": stride} if stride else {}))
         self.data.extend(chunk)
         return len(self.views) - 1
 
     def add(self, array: NDArray, kind: str, target: int, bounds: bool = False, normalized: bool = False) -> int:
         """Add an array of a type of COMPONENTS; return the index of its accessor.
 
-        `normalized` integers stand for 0 to 1.
+        `normalized` integers stand for 0 to 1, those with a sign for -1 to 1. Elements of corners begin at a multiple
+        of 4 bytes, as glTF wants.
         """
+        columns = WIDTHS[kind]
+        padding = -columns * array.itemsize % 4 // array.itemsize if target == ARRAY_BUFFER else 0
+        rows = np.hstack([array, np.zeros((len(array), padding), array.dtype)]) if padding else array
+        stride = (columns + padding) * array.itemsize if padding else 0
         accessor: dict[str, Any] = {
-            "bufferView": self.append(np.ascontiguousarray(array).tobytes(), target),
+            "bufferView": self.append(np.ascontiguousarray(rows).tobytes(), target, stride),
             "componentType": COMPONENTS[array.dtype],
             "count": len(array),
             "type": kind,

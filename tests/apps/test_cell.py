@@ -54,6 +54,16 @@ def test_drums_turn_as_the_belt_moves(client: virtualrobot.Client) -> None:
     client.robot("conveyor").set_positions({"belt": 0.0})
 
 
+def test_it_has_a_megabyte_as_gltf_for_headsets(client: virtualrobot.Client, tmp_path: Path) -> None:
+    """A millimeter off at most."""
+    client.scene.export("world", tmp_path / "full.glb")
+    client.scene.export("world", tmp_path / "small.glb", tolerance=1e-3)
+    full, small = ((tmp_path / name).stat().st_size for name in ("full.glb", "small.glb"))
+    assert full > 5e6 and small <= 1e6
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"only \.glb .*not \.usdz"):
+        client.scene.export("world", tmp_path / "still.usdz", tolerance=1e-3)
+
+
 def test_it_is_the_same_after_saving_and_loading(client: virtualrobot.Client, tmp_path: Path) -> None:
     nodes, poses = client.scene._read()
     client.scene.save(tmp_path / "saved.yaml")

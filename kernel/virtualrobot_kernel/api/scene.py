@@ -266,7 +266,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Write a node as a model file in a worker thread."""
         snapshot = self._kernel.world.snapshot
         written = await self._kernel.in_worker(
-            export_model, snapshot, self._kernel.meshes, request.node, request.format
+            export_model,
+            *(snapshot, self._kernel.meshes, request.node, request.format, request.tolerance_meters),
         )
         return scene_pb2.ExportModelResponse(
             stamp=stamp(snapshot),

@@ -77,7 +77,7 @@ def _simplex(points: Floats, corners: Integers) -> float:
 
 
 @inlined
-def _gap(points: Floats, point: int, faces: Faces, row: int) -> float:
+def distance_from_triangle(points: Floats, point: int, faces: Faces, row: int) -> float:
     """Return the distance of a point from a triangle (C. Ericson, Real-Time Collision Detection, 2005, 5.1.5)."""
     a, b, c = faces[row, 0], faces[row, 1], faces[row, 2]
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
@@ -223,7 +223,7 @@ def convex_hull(points: Floats, most: int, found: Faces, deviation: Floats) -> i
         for i in range(edges):
             begins[edge_from[i]] = NONE if not sound else begins[edge_from[i]]
         if not sound:
-            left_out = max(left_out, _gap(points, point, faces, top))
+            left_out = max(left_out, distance_from_triangle(points, point, faces, top))
             before, at = NONE, first[top]
             far[top], farthest[top] = 0.0, NONE
             while at != NONE:
@@ -289,9 +289,9 @@ def convex_hull(points: Floats, most: int, found: Faces, deviation: Floats) -> i
         kept += 1
         at = first[row]
         while at != NONE:
-            gap = _gap(points, at, faces, row)
+            gap = distance_from_triangle(points, at, faces, row)
             for k in range(3):
-                gap = min(gap, _gap(points, at, faces, beside[row, k]))
+                gap = min(gap, distance_from_triangle(points, at, faces, beside[row, k]))
             worst = max(worst, gap)
             at = after[at]
     deviation[0] = worst

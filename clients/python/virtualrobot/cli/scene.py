@@ -118,9 +118,16 @@ def save(target: Target, file: Path, bundle: bool) -> None:
 @click.command()
 @click.argument("source", type=NODE)
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--tolerance", type=click.FloatRange(0.0), default=0.0, help="How far surfaces may be off, in meters.")
 @run_options
 @target_options
-def export(target: Target, source: str, file: Path, **options: Any) -> None:  # noqa: ANN401 those of recordings
+def export(
+    target: Target,
+    source: str,
+    file: Path,
+    tolerance: float,
+    **options: Any,  # noqa: ANN401 those of recordings
+) -> None:
     r"""Write a robot, what hangs below a node, or a run that is over, to FILE, whose ending says which.
 
     \b
@@ -131,6 +138,8 @@ def export(target: Target, source: str, file: Path, **options: Any) -> None:  # 
     """
     is_run = file.suffix.lower() != ".glb" or Path(source, "project.json").is_file()
     if is_run and file.suffix.lower() in RECORDINGS:
+        if tolerance:
+            raise click.UsageError("--tolerance is for nodes, not for recordings")
         export_run(source, file, options)
         return
     for name in options:
@@ -140,7 +149,7 @@ def export(target: Target, source: str, file: Path, **options: Any) -> None:  # 
             )
     node = source
     with target.connect() as client:
-        exported = client.scene.export(node, file)
+        exported = client.scene.export(node, file, tolerance=tolerance)
     for warning in exported.warnings:
         click.echo(f"warning: {warning}", err=True)
     beside = f" and {len(exported.files) - 1} files beside it" if len(exported.files) > 1 else ""

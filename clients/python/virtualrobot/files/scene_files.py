@@ -145,10 +145,13 @@ def save_scene(services: Services, assets: Assets, file: Path, bundle: bool) -> 
     return [*written, write_file(file, response.text.encode())]
 
 
-def export_model(services: Services, assets: Assets, node: str, file: Path) -> Export:
+def export_model(services: Services, assets: Assets, node: str, file: Path, tolerance: float = 0.0) -> Export:
     """Export what hangs below a node; the arguments are those of `Scene.export`."""
     is_still = file.suffix.lower() == ".usdz"
-    request = scene_pb2.ExportModelRequest(node=node, format=".glb" if is_still else file.suffix.lower())
+    if is_still and tolerance:
+        raise InvalidArgumentError("only .glb can be written with a tolerance, not .usdz; leave the tolerance out")
+    format = ".glb" if is_still else file.suffix.lower()
+    request = scene_pb2.ExportModelRequest(node=node, format=format, tolerance_meters=tolerance)
     response = services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     main, *others = response.files
     # Meshes of two robots may have the same names; those of this one may be there from its last export.

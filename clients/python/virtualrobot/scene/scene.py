@@ -312,22 +312,23 @@ class Scene(Editor[Node]):
         """
         return self._allowed_pairs
 
-    def export(self, node: Text | Node | Robot, file: str | Path) -> Export:
+    def export(self, node: Text | Node | Robot, file: str | Path, *, tolerance: float = 0.0) -> Export:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF or USDZ, to this machine.
 
         USDZ (`.usdz`) is for phones and headsets of Apple: the scene as it stands, without points and lines. An empty
-        `node` means the whole world. Meshes that the file names go beside it.
+        `node` means the whole world. Meshes that the file names go beside it. With a `tolerance` (m) a `.glb` has fewer
+        triangles, and its surfaces are nowhere farther away than that from where they are.
 
         Raises:
-            InvalidArgumentError: when the ending is no such format, a file cannot be written, or one beside it is there
-                already and belongs to another export.
+            InvalidArgumentError: when the ending is no such format, or none with a tolerance, a file cannot be written,
+                or one beside it is there already and belongs to another export.
 
         Example:
             >>> client.scene.export("iiwa", "iiwa.urdf").warnings
             ()
         """
         name = node if isinstance(node, str) else node.name
-        return scene_files.export_model(self._services, self._assets, name, Path(file))
+        return scene_files.export_model(self._services, self._assets, name, Path(file), tolerance)
 
     def load_scene(
         self,

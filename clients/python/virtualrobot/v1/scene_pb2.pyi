@@ -507,12 +507,14 @@ class FileWarning(_message.Message):
     def __init__(self, file: _Optional[str] = ..., line: _Optional[int] = ..., text: _Optional[str] = ...) -> None: ...
 
 class ExportModelRequest(_message.Message):
-    __slots__ = ("node", "format")
+    __slots__ = ("node", "format", "tolerance_meters")
     NODE_FIELD_NUMBER: _ClassVar[int]
     FORMAT_FIELD_NUMBER: _ClassVar[int]
+    TOLERANCE_METERS_FIELD_NUMBER: _ClassVar[int]
     node: str
     format: str
-    def __init__(self, node: _Optional[str] = ..., format: _Optional[str] = ...) -> None: ...
+    tolerance_meters: float
+    def __init__(self, node: _Optional[str] = ..., format: _Optional[str] = ..., tolerance_meters: _Optional[float] = ...) -> None: ...
 
 class ExportModelResponse(_message.Message):
     __slots__ = ("stamp", "files", "warnings")

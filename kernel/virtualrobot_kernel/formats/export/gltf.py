@@ -31,14 +31,17 @@ DECIMALS = 12
 """Poses are written to the picometer: what is beyond is noise of their products."""
 
 
-def write_gltf(snapshot: Snapshot, root: Node, load: Callable[[Mesh], tuple[Submesh, ...]]) -> tuple[bytes, list[str]]:
+def write_gltf(
+    snapshot: Snapshot, root: Node, load: Callable[[Mesh], tuple[Submesh, ...]], tolerance: float = 0.0
+) -> tuple[bytes, list[str]]:
     """Return the GLB file of a node and what hangs below it, and warnings; the node's frame is the file's.
 
-    `load` gives the triangles of a mesh. Raises KernelError when there is nothing to be seen.
+    `load` gives the triangles of a mesh. Surfaces are nowhere farther than `tolerance` (m) from where they are; above 0
+    the file is smaller. Raises KernelError when there is nothing to be seen.
     """
     structure = snapshot.structure
     hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
-    meshes = MeshTable(load)
+    meshes = MeshTable(load, tolerance)
     nodes: list[dict[str, Any]] = []
     place: dict[int, int] = {}
     labelled: list[str] = []
@@ -59,7 +62,12 @@ def write_gltf(snapshot: Snapshot, root: Node, load: Callable[[Mesh], tuple[Subm
             if mesh is not None:
                 _hang(nodes, place[node.uid], len(nodes))
                 name = f"{node.name} figure {number}"
-                nodes.append({"name": name, "mesh": mesh, **_placed(figure.node_t_figure)})
+                cube, placed = meshes.cubes.get(mesh), {"name": name, **_placed(figure.node_t_figure)}
+                if cube is None:
+                    nodes.append({**placed, "mesh": mesh})
+                else:
+                    nodes.append({**placed, "children": [len(nodes) + 1]})
+                    nodes.append({"name": f"{name} shape", "mesh": mesh, **cube.placed()})
     if not meshes.meshes:
         raise _nothing(root, hidden[root.uid])
     warnings = (

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, material, upright
 
+from virtualrobot_kernel.formats.export.coarse import Tone, coarser
 from virtualrobot_kernel.formats.export.triangles import same_content, triangles
 from virtualrobot_kernel.shapes.creases import shaded
 from virtualrobot_kernel.shapes.submesh import Submesh
@@ -20,6 +22,9 @@ Finish = tuple[float, float]
 """Roughness and metalness of a surface."""
 
 PLAIN: Finish = (ROUGHNESS, 0.0)
+
+QUANTIZED = "KHR_mesh_quantization"
+"""The extension of glTF that lets places and normals be integers."""
 
 POINTS, LINES = 0, 1
 """Modes of a glTF primitive; without one it is triangles."""
@@ -35,20 +40,58 @@ WHITE: Rgba = (1.0, 1.0, 1.0, 1.0)
 AXES = ((219, 46, 46), (46, 168, 61), (41, 97, 230))
 """Colours of a frame's x, y and z."""
 
+STEPS = 65535
+"""Places are told by 16 bits along each axis of a mesh's bounding cube where it may be a little off."""
+
 INDEX_LIMIT = 65535
 """Greatest number of vertices with 16-bit indices; the last one is not allowed (glTF 2.0, 3.7.2.1)."""
 
 
-class MeshTable:
-    """Table of meshes, materials, textures and the buffers that they share."""
+@dataclass(frozen=True, slots=True)
+class Cube:
+    """The cube whose corners the integers of a mesh count from and to: what they stand for is low + size * [0, 1]."""
 
-    def __init__(self, load: Callable[[Mesh], tuple[Submesh, ...]]) -> None:
-        """Take the triangles of mesh files from `load`."""
+    low: NDArray[np.float64]
+    size: float
+
+    @classmethod
+    def around(cls, parts: Sequence[Submesh]) -> Cube:
+        """Return the least cube with its lowest corner at that of the bounding box."""
+        low = np.min([part.vertices.min(axis=0) for part in parts], axis=0).astype(np.float64)
+        high = np.max([part.vertices.max(axis=0) for part in parts], axis=0).astype(np.float64)
+        return cls(low, max(float((high - low).max()), 1e-9))
+
+    @property
+    def step(self) -> float:
+        """Return the distance of two places along an axis."""
+        return self.size / STEPS
+
+    def placed(self) -> dict[str, list[float]]:
+        """Return what takes the integers of a mesh to meters, as a glTF node has it."""
+        return {"translation": self.low.tolist(), "scale": 3 * [self.size]}
+
+    def integers(self, points: NDArray[np.float32]) -> NDArray[np.uint16]:
+        """Return points (n, 3) of the mesh as integers."""
+        return np.clip(np.round((points - self.low) / self.step), 0, STEPS).astype(np.uint16)
+
+
+class MeshTable:
+    """Table of meshes, materials, textures and the buffers that they share.
+
+    Attributes:
+        cubes: by the index of a mesh, the cube in which its integers count; meshes that are not here have meters.
+    """
+
+    def __init__(self, load: Callable[[Mesh], tuple[Submesh, ...]], tolerance: float = 0.0) -> None:
+        """Take the triangles of mesh files from `load`; surfaces may be off by `tolerance`, m."""
         self.buffers = Buffers()
         self.meshes: list[dict[str, Any]] = []
+        self.cubes: dict[int, Cube] = {}
         self._load = load
+        self._tolerance = tolerance
+        self._geometry_cubes: dict[Geometry, Cube | None] = {}
         self._places: dict[tuple[Geometry, Rgba | None, Finish], int] = {}
-        self._stored: dict[Geometry, list[tuple[Submesh, dict[str, Any]]]] = {}
+        self._stored: dict[Geometry, list[tuple[Submesh, Tone | None, dict[str, Any]]]] = {}
         self._materials: dict[tuple[Rgba, Finish, int | None, bool], int] = {}
         self._images: dict[str, int] = {}
         self._material_list: list[dict[str, Any]] = []
@@ -65,12 +108,17 @@ class MeshTable:
             if not primitives:
                 return None
             self._places[key] = len(self.meshes)
+            cube = self._geometry_cubes.get(shape)
+            if cube is not None:
+                self.cubes[len(self.meshes)] = cube
             self.meshes.append({"name": _name(figure.geometry), "primitives": primitives})
         return self._places[key]
 
     def document(self) -> dict[str, Any]:
         """Return the properties of the glTF file that are not its nodes; empty lists are not allowed."""
         found = {
+            "extensionsUsed": [QUANTIZED] if self.cubes else [],
+            "extensionsRequired": [QUANTIZED] if self.cubes else [],
             "meshes": self.meshes,
             "materials": self._material_list,
             "textures": [{"source": place} for place in range(len(self._image_list))],
@@ -95,8 +143,9 @@ class MeshTable:
                 return self._marks(LINES, ends.ravel(), own.ravel(), color)
         if geometry not in self._stored:
             parts = self._load(geometry) if isinstance(geometry, Mesh) else (triangles(geometry),)
-            self._stored[geometry] = [self._store(part) for part in parts]
-        return [self._dressed(part, shape, color, finish) for part, shape in self._stored[geometry]]
+            cube = self._geometry_cubes[geometry] = self._cube(parts)
+            self._stored[geometry] = [self._store(part, cube) for part in parts]
+        return [self._dressed(*stored, color, finish) for stored in self._stored[geometry]]
 
     def _marks(self, mode: int, positions: NDArray, colors: NDArray, color: Rgba | None) -> list[dict[str, Any]]:
         """Return points or lines; numbers (3 n,), colours of their own (3 n,) of 8 bits or none, or else `color`."""
@@ -110,25 +159,48 @@ class MeshTable:
         material = self._material(WHITE if len(colors) else color or INK, PLAIN)
         return [{"attributes": attributes, "mode": mode, "material": material}]
 
-    def _store(self, part: Submesh) -> tuple[Submesh, dict[str, Any]]:
-        """Return a part with normals, and where its numbers are in the buffers."""
+    def _cube(self, parts: Sequence[Submesh]) -> Cube | None:
+        """Return the cube in which a mesh is told by integers; None where these would be too far off."""
+        if self._tolerance <= 0.0 or not all(np.isfinite(part.vertices).all() for part in parts):
+            return None
+        cube = Cube.around(parts)
+        return cube if cube.step <= 0.5 * self._tolerance else None
+
+    def _store(self, part: Submesh, cube: Cube | None) -> tuple[Submesh, Tone | None, dict[str, Any]]:
+        """Return a part with normals, its tone in place of a texture, and where its numbers are in the buffers."""
+        # Rounding takes a place half a step away along each axis.
+        part, tone = (part, None) if cube is None else coarser(part, self._tolerance - cube.step)
         part = shaded(part)
         assert part.normals is not None  # `shaded` has made them
-        attributes = {
-            "POSITION": self.buffers.add(_single(part.vertices), "VEC3", ARRAY_BUFFER, bounds=True),
-            "NORMAL": self.buffers.add(_unit(part.normals), "VEC3", ARRAY_BUFFER),
-        }
+        normals = _unit(part.normals)
+        if cube is None:
+            attributes = {
+                "POSITION": self.buffers.add(_single(part.vertices), "VEC3", ARRAY_BUFFER, bounds=True),
+                "NORMAL": self.buffers.add(normals, "VEC3", ARRAY_BUFFER),
+            }
+        else:
+            places, turns = cube.integers(part.vertices), np.round(127.0 * normals).astype(np.int8)
+            attributes = {
+                "POSITION": self.buffers.add(places, "VEC3", ARRAY_BUFFER, bounds=True, normalized=True),
+                "NORMAL": self.buffers.add(turns, "VEC3", ARRAY_BUFFER, normalized=True),
+            }
         if part.texture is not None and part.uv is not None:
             attributes["TEXCOORD_0"] = self.buffers.add(upright(np.nan_to_num(part.uv)), "VEC2", ARRAY_BUFFER)
         kind = np.uint16 if len(part.vertices) <= INDEX_LIMIT else np.uint32
         indices = self.buffers.add(part.faces.astype(kind).reshape(-1), "SCALAR", ELEMENT_BUFFER)
-        return part, {"attributes": attributes, "indices": indices}
+        return part, tone, {"attributes": attributes, "indices": indices}
 
-    def _dressed(self, part: Submesh, shape: dict[str, Any], color: Rgba | None, finish: Finish) -> dict[str, Any]:
+    def _dressed(
+        self, part: Submesh, tone: Tone | None, shape: dict[str, Any], color: Rgba | None, finish: Finish
+    ) -> dict[str, Any]:
         """Return a part in its look: `color` replaces the part's own colours, and is a factor on its texture."""
         if part.texture is not None and part.uv is not None:
             texture = self._texture(part.texture)
             return {**shape, "material": self._material(color or part.color or WHITE, finish, texture)}
+        if tone is not None:
+            red, green, blue, alpha = color or part.color or WHITE
+            toned = (red * tone[0], green * tone[1], blue * tone[2], alpha)
+            return {**shape, "material": self._material(toned, finish)}
         if part.vertex_colors is None or color is not None:
             return {**shape, "material": self._material(color or part.color or GREY, finish)}
         attributes = {**shape["attributes"], "COLOR_0": self.buffers.add_colors(part.vertex_colors)}

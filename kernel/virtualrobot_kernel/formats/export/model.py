@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError
@@ -26,24 +27,28 @@ class Exported:
     warnings: tuple[str, ...]
 
 
-def export_model(snapshot: Snapshot, library: MeshLibrary, name: str, format: str) -> Exported:
+def export_model(snapshot: Snapshot, library: MeshLibrary, name: str, format: str, tolerance: float = 0.0) -> Exported:
     """Write the node `name` (empty: the world) and what hangs below it; all files are in the asset store then.
 
-    `format` is one of EXPORT_FORMATS. The same world gives the same bytes. Takes from milliseconds to seconds: keep it
-    off the threads of world and API.
+    `format` is one of EXPORT_FORMATS; surfaces of glTF may be off by `tolerance` (m). The same world gives the same
+    bytes. Takes from milliseconds to seconds: keep it off the threads of world and API.
 
     Raises:
         UnknownNameError: when no node has that name.
-        KernelError: INVALID_ARGUMENT for another format, URDF of something that is no robot, and where there is
-            nothing to write; TOO_LARGE over a limit of the store.
+        KernelError: INVALID_ARGUMENT for another format, a tolerance below 0 or of another format, URDF of something
+            that is no robot, and where there is nothing to write; TOO_LARGE over a limit of the store.
     """
     if format not in EXPORT_FORMATS:
         valid = ", ".join(EXPORT_FORMATS)
         raise KernelError(f"no model can be written as {format!r}; valid: {valid}", format=format, valid=valid)
+    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+        raise KernelError(f"tolerance_meters is {tolerance:g}; valid: 0 (as it is) or more, such as 0.001")
+    if tolerance > 0.0 and format != ".glb":
+        raise KernelError(f"only .glb can be written with a tolerance, not {format}; leave tolerance_meters out")
     node = snapshot.structure.node(name)
     main = f"{legal(node.name)}{format}"
     if format == ".glb":
-        data, warnings = write_gltf(snapshot, node, library.load)
+        data, warnings = write_gltf(snapshot, node, library.load, tolerance)
         return Exported(((main, library.store.put(data)),), tuple(warnings))
     if node.kind is not Kind.ROBOT:
         raise _no_robot(snapshot.structure, node)

@@ -1,5 +1,5 @@
 // Meshes as the kernel reads them, by content: each is asked for once, as glTF, and drawn wherever its content is.
-import { Matrix4, Mesh, type MeshStandardMaterial, type Object3D } from "three";
+import { BufferGeometry, Float32BufferAttribute, Matrix4, Mesh, type MeshStandardMaterial, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { signal } from "@preact/signals";
 import type { Figure } from "../generated/virtualrobot/v1/nodes_pb";
@@ -7,12 +7,15 @@ import { say } from "../kernel/messages";
 import { assets, scenes } from "../kernel/services";
 import { wordsOf } from "../kernel/words";
 import { below, items } from "../kernel/world";
+import { isSmall } from "../xr/support";
 import { contentOf, seen, type Piece } from "./figures";
 import { matrixOf } from "./poses";
 
 type Part = Omit<Piece, "color">;
 
 const MOST_ASKED = 3;
+/** How far surfaces may be off on headsets and phones, m. */
+const TOLERANCE = 0.001;
 
 /** What is being loaded, in words; "" when nothing is. */
 export const loading = signal("");
@@ -56,12 +59,13 @@ export class Meshes {
   }
 
   async #load(root: string): Promise<void> {
+    const toleranceMeters = (await isSmall()) ? TOLERANCE : 0;
     // What is listed before the answer has the numbers that the answer's names have.
     const listed = below(root).flatMap((name) => {
       const item = items.peek().get(name);
       return item ? seen(item).map((figure, place) => ({ figure, name: `${name} figure ${place + 1}` })) : [];
     });
-    const { files } = await scenes.exportModel({ node: root === "world" ? "" : root, format: ".glb" });
+    const { files } = await scenes.exportModel({ node: root === "world" ? "" : root, format: ".glb", toleranceMeters });
     const chunks: Uint8Array<ArrayBuffer>[] = [];
     for await (const { chunk } of assets.downloadAsset({ sha256: files[0].sha256 })) chunks.push(chunk as Uint8Array<ArrayBuffer>);
     const data = await new Blob(chunks).arrayBuffer();
@@ -83,7 +87,25 @@ function partsOf(object: Object3D): Part[] {
     if (!(child instanceof Mesh)) return;
     const material = child.material as MeshStandardMaterial;
     const local = inverse.clone().multiply(child.matrixWorld);
-    parts.push({ geometry: child.geometry, material, local, opaque: !material.transparent });
+    const { geometry } = child as Mesh;
+    const placed = isFloats(geometry) ? { geometry, local } : { geometry: floats(geometry).applyMatrix4(local), local: new Matrix4() };
+    parts.push({ ...placed, material, opaque: !material.transparent });
   });
   return parts;
+}
+
+function isFloats(geometry: BufferGeometry): boolean {
+  return geometry.getAttribute("position").array instanceof Float32Array;
+}
+
+/** Returns a geometry whose places and normals are floats in place of integers: those of one drawing have to be of one type. */
+function floats(geometry: BufferGeometry): BufferGeometry {
+  const made = new BufferGeometry().setIndex(geometry.index);
+  for (const [name, given] of Object.entries(geometry.attributes)) made.setAttribute(name, given);
+  for (const name of ["position", "normal"]) {
+    const given = geometry.getAttribute(name), numbers = new Float32Array(3 * given.count);
+    for (let at = 0; at < numbers.length; at++) numbers[at] = given.getComponent(Math.floor(at / 3), at % 3);
+    made.setAttribute(name, new Float32BufferAttribute(numbers, 3));
+  }
+  return made;
 }

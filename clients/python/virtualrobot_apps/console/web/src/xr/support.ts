@@ -21,10 +21,21 @@ const REFUSED: Record<string, string> = {
   SecurityError: "the browser doesn't let this page: open it in a tab of its own, and press the button there",
 };
 
+/** Browsers that don't say within that time (ms) what can be entered have nothing. */
+const PATIENCE_MS = 500;
+let asked: Promise<void> | undefined;
+
 /** Finds out what can be entered, and does so again when a headset comes or goes. */
 export function look(): void {
   navigator.xr?.addEventListener("devicechange", () => void ask());
-  void ask();
+  asked = ask();
+}
+
+/** Whether the cell is drawn by a headset or a phone, to which each triangle and byte counts. */
+export async function isSmall(): Promise<boolean> {
+  if (matchMedia("(pointer: coarse)").matches) return true;
+  await Promise.race([asked, new Promise((go) => setTimeout(go, PATIENCE_MS))]);
+  return able.peek().length > 0;
 }
 
 async function ask(): Promise<void> {
