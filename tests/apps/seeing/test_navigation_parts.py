@@ -222,7 +222,7 @@ def test_a_way_leads_through_the_door_and_refusals_have_numbers() -> None:
     for goal, words in (
         ((9.0, 9.0), "off the map"),
         ((2.02, 1.0), "inside an obstacle"),
-        ((2.15, 1.0), "needs 0.13 m"),
+        ((2.15, 1.0), "needs 0.16 m"),
     ):
         with pytest.raises(NoWayError, match=words):
             planner.way(np.array([1.0, 1.0]), np.array(goal))

@@ -17,6 +17,8 @@ from tests.apps.seeing.flat_vehicles import UGV, Driven, drive, known, room, veh
 pytestmark = pytest.mark.long
 HUSKY = Footprint(-0.495, 0.495, -0.335, 0.335)
 """That of Clearpath's data sheet: 990 x 670 mm."""
+BEHIND = Footprint(-0.205, 0.1, -0.134, 0.134)
+"""That of the model `ugv`, which turns about its wheels, near its front."""
 
 
 def test_husky_crosses_a_room_in_which_boxes_are_put_in_its_way(rng: np.random.Generator) -> None:
@@ -29,6 +31,29 @@ def test_husky_crosses_a_room_in_which_boxes_are_put_in_its_way(rng: np.random.G
     )
     assert husky.navigator.reached, husky.told
     assert distance(husky.pose, (6.0, 2.3)) < 0.25 and nearest > 0.0
+
+
+def test_a_crate_in_a_passage_is_passed_from_wherever_it_begins(rng: np.random.Generator) -> None:
+    """As in the tutorial: on both sides of the crate there is room, on one 0.65 m; it needs no recovery for that."""
+    walls = [*room(4.0, 3.0), Box(2.0, 0.6, 0.1, 1.2, 1.0, "#fff"), Box(3.6, 2.75, 0.8, 0.5, 1.0, "#fff")]
+    walls.append(Box(0.3, 2.4, 0.6, 0.4, 1.0, "#fff"))
+    grid, boxes = known(walls, 4.0, 3.0), [*walls, Box(2.0, 2.0, 0.3, 0.3, 1.0, "#a52")]
+    for _ in range(8):
+        start = np.array([3.0, 0.6, 0.0]) + rng.uniform(-1.0, 1.0, 3) * [0.1, 0.1, np.pi]
+        ugv = vehicle(grid, start, Goal(0.8, 0.7), BEHIND)
+        nearest = drive([ugv], lambda time: boxes, rng)
+        assert ugv.navigator.reached and nearest > 0.0, (start, ugv.told)
+        assert not any(words in one for one in ugv.told for words in ("nearer", "blocked")), (start, ugv.told)
+
+
+def test_another_way_is_taken_where_the_first_is_shut(rng: np.random.Generator) -> None:
+    """What was gained on the first doesn't count on the other, longer one; it tells how long that is."""
+    walls = [*room(5.0, 4.0), Box(2.5, 2.0, 0.2, 2.4, 1.0, "#fff")]
+    shut = Box(2.5, 0.4, 0.2, 0.8, 1.0, "#a52")
+    ugv = vehicle(known(walls, 5.0, 4.0), (0.6, 1.2, 0.0), Goal(4.2, 1.2), BEHIND)
+    nearest = drive([ugv], lambda time: [*walls, shut] if time > 3.0 else walls, rng)
+    assert ugv.navigator.reached and nearest > 0.0, ugv.told
+    assert [one.split(",")[0] for one in ugv.told[:-1]] == ["takes another way"], ugv.told
 
 
 def test_two_vehicles_share_an_aisle(rng: np.random.Generator) -> None:

@@ -109,12 +109,16 @@ def choose(
         wanted *= 0.1
     marks = np.minimum(wanted * times, along[-1])
     refs = np.column_stack([np.interp(marks, along, rest[:, column]) for column in (0, 1)])
-    off = np.hypot(places[..., 0] - refs[:, 0], places[..., 1] - refs[:, 1]).mean(axis=1)
+    # In units of the speed that is wanted: what lags behind counts as much where it goes slowly, between obstacles.
+    off = np.hypot(places[..., 0] - refs[:, 0], places[..., 1] - refs[:, 1]).mean(axis=1) / slow
     end = places[:, -1]
-    further = np.minimum(marks[-1] + 0.4, along[-1])
-    target = np.array([np.interp(further, along, rest[:, column]) for column in (0, 1)])
-    heading = np.abs(wrapped(np.arctan2(target[1] - end[:, 1], target[0] - end[:, 0]) - end[:, 2]))
-    heading = np.where(np.hypot(target[0] - end[:, 0], target[1] - end[:, 1]) < 0.05, 0.0, heading)
+    # Each arc is judged by the way ahead of its own end: one that stands would look round the next corner for ever.
+    passed = along[np.argmin(np.hypot(end[:, None, 0] - rest[:, 0], end[:, None, 1] - rest[:, 1]), axis=1)]
+    marks = np.minimum(passed + 0.4, along[-1])
+    targets = np.column_stack([np.interp(marks, along, rest[:, column]) for column in (0, 1)])
+    to = targets - end[:, :2]
+    heading = np.abs(wrapped(np.arctan2(to[:, 1], to[:, 0]) - end[:, 2]))
+    heading = np.where(np.hypot(*to.T) < 0.05, 0.0, heading)
     shy = 0.02 / (nearest.min(axis=1) + 0.05)
     score = off + 0.12 * heading + shy + 0.01 * np.abs(pairs[:, 1] - w_now)
     best = int(np.argmin(score))

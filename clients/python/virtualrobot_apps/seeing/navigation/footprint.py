@@ -25,8 +25,8 @@ class Footprint:
 
     @property
     def inner(self) -> float:
-        """Radius (m) of the circle about the base that it covers at every heading."""
-        return min(-self.back, self.ahead, -self.right, self.left)
+        """Distance (m) that it needs to either side of its way, along which it drives lengthwise."""
+        return max(-self.right, self.left)
 
     @property
     def outer(self) -> float:

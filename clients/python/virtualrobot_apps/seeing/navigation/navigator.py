@@ -32,7 +32,10 @@ NEAR_METERS = 1.0
 LOST_SECONDS = 60.0
 """Time for which a vehicle that is lost looks for its place."""
 RECOVERIES = 4
-"""Number of recoveries on the way to one goal after which it gives up."""
+"""Number of recoveries, and of longer ways that are taken instead, on the way to one goal; then it gives up."""
+OTHER_METERS, CHEAPER = 0.4, 0.8
+"""Distance from the way that it is on, from which on a plan is another one, and its cost, in that way's, up to which
+it is taken instead."""
 SHARE_OF_ODOMETRY = 0.3
 """Part of the way by odometry that scans must confirm; with less the wheels slip."""
 
@@ -126,7 +129,7 @@ class Navigator:
         self._planned = -math.inf
         self._without_way: float | None = None
         self._best, self._best_at = math.inf, now
-        self._recoveries = 0
+        self._recoveries, self._others = 0, 0
         self._manoeuvre: tuple[float, tuple[float, float]] | None = None
         self._lost_since: float | None = None
         self._checked: tuple[float, Floats, Floats] | None = None
@@ -228,7 +231,7 @@ class Navigator:
         assert self.goal is not None
         self._planned = now
         try:
-            self.way = self._way(self._not_on_the_map())
+            self._take(self._planner(self._not_on_the_map()), now)
             self._without_way = None
         except NoWayError as error:
             if (on_the_map := self._no_way_on_the_map()) is not None:
@@ -248,6 +251,24 @@ class Navigator:
                 return
             self.way = None
             self._stands(f"waits: {error}, with what stands there now")
+
+    def _take(self, planner: Planner, now: float) -> None:
+        """Take the way that a planner has, unless it is another one that is hardly better than that so far."""
+        assert self.goal is not None
+        before, self.way = self.way, planner.way(self.pose, np.array([self.goal.x, self.goal.y]))
+        if before is None:
+            return
+        rest = ahead_of(self.pose, before, math.inf)
+        away = np.hypot(*(self.way[:, None] - rest).transpose(2, 0, 1)).min(axis=1).max()
+        if away < OTHER_METERS:
+            return
+        if planner.cost(self.way) > CHEAPER * planner.cost(rest):
+            self.way = before
+        elif (left := self._remaining()) > self._best and self._others < RECOVERIES:
+            # It comes nearer to its goal by this one, however far the one before would have been.
+            self._others += 1
+            self._best, self._best_at = left, now
+            self._tell(f"takes another way, of {left:.1f} m")
 
     def _way(self, seen: Floats) -> Floats:
         """Return the way (n, 2) to the goal, with points (n, 2) besides that were seen; raises NoWayError."""

@@ -102,6 +102,13 @@ class Planner:
         )
         return spaced(smooth(spaced(self._pulled(points))))
 
+    def cost(self, way: Floats) -> float:
+        """Return the cost of a way (n, 2), in meters of one far from obstacles; inf where it leads through some."""
+        rows, columns = self.costmap.grid.cells(way[1:])
+        height, width = self.clearance.shape
+        costs = self._costs[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+        return float(np.hypot(*np.diff(way, axis=0).T) @ costs)
+
     def check_goal(self, goal: Floats) -> str:
         """Return a goal (2,) in words; raise NoWayError where it is off the map, unknown, or too near an obstacle."""
         need, where = self._least, f"({goal[0]:.2f}, {goal[1]:.2f})"
