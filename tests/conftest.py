@@ -23,7 +23,10 @@ TRIES = 3
 ROOT = Path(__file__).resolve().parent.parent
 
 IN_REAL_TIME = ("apps", "drawing", "drivers")
-"""Rooms whose long tests play demos, browsers and controllers in real time, and so are patient."""
+"""Rooms whose tests play demos, browsers and controllers in real time, and so are patient."""
+
+AGAIN = "tried again"
+"""Name of what a report tells of a test that another try has passed."""
 
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
@@ -71,11 +74,12 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     fixtures = getattr(item, "fixturenames", ())
     if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
         item.add_marker("seeded")
-    if item.get_closest_marker("long") and ROOT.joinpath("tests") in item.path.parents:
-        if not may_be_long(item.path):
-            raise pytest.UsageError(f"{item.nodeid} is long, but its file has no mark.long of its own to be found by")
-        if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME:
-            item.add_marker("patient")
+    if ROOT.joinpath("tests") not in item.path.parents:
+        return
+    if item.get_closest_marker("long") and not may_be_long(item.path):
+        raise pytest.UsageError(f"{item.nodeid} is long, but its file has no mark.long of its own to be found by")
+    if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME or "kernel" in getattr(item, "fixturenames", ()):
+        item.add_marker("patient")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -95,7 +99,10 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Try a patient test up to three times, with new fixtures; the last try tells how those before failed."""
+    """Try a patient test up to three times, with new fixtures; the last try tells how those before failed.
+
+    One that another try has passed is named at the end of the run.
+    """
     if item.get_closest_marker("patient") is None:
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
@@ -105,6 +112,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         reports = runtestprotocol(item, log=False, nextitem=nextitem)
         failed = [report for report in reports if report.failed]
         if not failed:
+            reports[-1].user_properties += [(AGAIN, _reason(text)) for _, text in told]
             break
         failed[0].sections[:0] = told
         told.append((f"Try {number} failed", failed[0].longreprtext))
@@ -113,6 +121,22 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+def _reason(text: str) -> str:
+    """Return the line of a failure that says what was wrong."""
+    lines = text.strip().splitlines()
+    return next((line[1:].strip() for line in lines if line.startswith("E ")), lines[-1])
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the patient tests that another try has passed, with how each try before has failed."""
+    reports = [report for reports in terminalreporter.stats.values() for report in reports]
+    tries = [(one.nodeid, how) for one in reports for name, how in getattr(one, "user_properties", ()) if name == AGAIN]
+    if tries:
+        terminalreporter.section("passed by another try")
+    for nodeid, how in tries:
+        terminalreporter.write_line(f"{nodeid}: {how}")
 
 
 def pytest_collection_finish() -> None:
