@@ -13,7 +13,7 @@ import pytest
 import virtualrobot
 from virtualrobot_apps.emulators.body import SimulatedArm
 from virtualrobot_apps.emulators.ur import kinematics
-from virtualrobot_apps.emulators.ur.controller import Controller, SafetyMode
+from virtualrobot_apps.emulators.ur.controller import HARD_DECELERATION, PAUSE_SECONDS, Controller, SafetyMode
 from virtualrobot_apps.emulators.ur.forces import Payload
 from virtualrobot_apps.emulators.ur.kinematics import Floats
 from virtualrobot_apps.emulators.ur.lengths import turn_of_flange
@@ -267,15 +267,38 @@ def test_a_tool_that_leaves_the_arms_reach_stops_it() -> None:
     assert pushed.said[0].startswith("no posture near")
 
 
-def test_the_mode_ends_with_the_program() -> None:
-    pushed = Pushed(_MODE + _WAIT.format(cycles=200), lambda _: _NOTHING)
+@pytest.mark.parametrize("end", ["sync()", "protective_stop()"])
+def test_the_mode_ends_with_the_program_and_the_tool_slows_down(end: str) -> None:
+    pushed = Pushed(f"{_MODE}{_WAIT.format(cycles=200)}\n{end}", lambda _: _NOTHING)
+    velocities = [pushed.controller.velocity]
     for _ in range(500):
+        velocities.append(pushed.controller.velocity)
         pushed.controller.cycle()
     before = pushed.controller.target
     for _ in range(100):
         pushed.controller.cycle()
     assert pushed.controller.compliance is None and not pushed.controller.moving
     np.testing.assert_array_equal(pushed.controller.target, before)
+    changes = np.abs(np.diff(velocities, axis=0)) / pushed.controller.dt
+    assert np.abs(velocities[0]).max() > 0.1 and changes.max() <= HARD_DECELERATION + 1e-6
+    np.testing.assert_array_equal(velocities[-1], 0.0)
+
+
+@pytest.mark.parametrize("move", ["", "movel(pose_add(get_target_tcp_pose(), p[0.05, 0, 0, 0, 0, 0]), a=1, v=0.05)"])
+def test_the_tool_stands_while_the_program_is_paused(move: str) -> None:
+    """At 0.05 m/s it comes to rest in a quarter of a second, and goes on as fast as before."""
+    pushed = Pushed(f"{_MODE}{_WAIT.format(cycles=100)}{move}{_WAIT.format(cycles=5000)}", lambda _: _NOTHING, 200)
+    controller, depths = pushed.controller, []
+    for number in range(1500):
+        if number == 100:
+            assert controller.pause()
+        elif number == 1000:
+            assert controller.go_on()
+        controller.cycle()
+        depths.append(pushed.pose(controller.target)[2, 3])
+    assert depths[99] - depths[1000] == pytest.approx(0.05 * PAUSE_SECONDS / 2.0, rel=0.02)
+    assert np.ptp(depths[300:1000]) < 1e-9
+    np.testing.assert_allclose(np.diff(depths[1300:]) / controller.dt, -0.05, rtol=1e-3)
 
 
 def test_the_payloads_weight_is_that_of_its_mass_about_the_flange() -> None:

@@ -75,7 +75,9 @@ class Compliance:
         """Have another move, which begins where the setpoint is, (6,), at its velocity (6,)."""
         self.move, self.planned, self.planned_velocity = move, here, velocity
 
-    def advance(self, model: Model, tcp: Floats, target: Floats, goal: Floats, felt: Floats, actual: Floats) -> Floats:
+    def advance(
+        self, model: Model, tcp: Floats, target: Floats, goal: Floats, felt: Floats, actual: Floats, pace: float
+    ) -> Floats:
         """Return the next setpoint (6,).
 
         Args:
@@ -85,6 +87,7 @@ class Compliance:
             goal: where the move would have the joints next, (6,).
             felt: force and torque (6,) on the tool about the TCP, along the base's axes.
             actual: where the joints are, (6,), as long ago as `felt` was measured.
+            pace: share of its speed at which it gives way, 0 where the program is paused.
 
         Raises NoPosture where the tool can't go.
         """
@@ -92,7 +95,7 @@ class Compliance:
         step = _step(before, after)
         axes = self._axes(here, step)
         along = _turned(axes.T, step)
-        given = self._given(axes, kinematics.forward(model, actual, tcp), _turned(axes.T, felt))
+        given = self._given(axes, kinematics.forward(model, actual, tcp), _turned(axes.T, felt), pace)
         along[self._chosen] = given[self._chosen] * self._dt
         step = _turned(axes, along)
         pose = np.eye(4)
@@ -124,7 +127,7 @@ class Compliance:
         x = x / length
         return np.column_stack([x, np.cross(z, x), z])
 
-    def _given(self, axes: Floats, actual: Floats, force: Floats) -> Floats:
+    def _given(self, axes: Floats, actual: Floats, force: Floats, pace: float) -> Floats:
         """Return the velocity (6,) along and about the axes by which the tool gives way to what is felt along them."""
         if self._before is not None:
             self._way = self._way + _turned(axes.T, _step(self._before, actual))
@@ -133,7 +136,7 @@ class Compliance:
         ways, forces = (np.ptp(np.array(column), axis=0) for column in zip(*self._past, strict=True))
         stiffness = forces / np.maximum(ways, _SMALLEST_WAY)
         wanted = (self._wanted + force) / np.maximum(self._damping, stiffness * _SETTLING_SECONDS)
-        wanted = np.clip(wanted, -self._limits, self._limits)
+        wanted = np.clip(wanted, -self._limits, self._limits) * pace
         change = _ACCELERATION * self._dt
         self._speed = self._speed + np.clip(wanted - self._speed, -change, change)
         return self._speed

@@ -215,7 +215,7 @@ class Controller:
         self._pace = max(0.0, self._pace - change) if self.paused else min(1.0, self._pace + change)
         if self.compliance is not None and self.compliance.resting and self.move is not self.compliance.move:
             self.compliance = None
-        gives_way = self.compliance is not None and not self.paused
+        gives_way = self.compliance is not None and self._pace > 0.0
         if (self.move is not None or gives_way) and self.mode is RobotMode.RUNNING:
             try:
                 goal = self._setpoint()
@@ -233,7 +233,9 @@ class Controller:
                 self.move, self.velocity = None, self.velocity if gives_way else np.zeros(6)
             self.body.follow(self.target)
             self._follows, self._settling = True, 0
-        elif self._follows:
+            return
+        self.velocity = np.zeros(6)
+        if self._follows:
             self._settling += 1
             here, _ = self.body.read()
             if np.abs(here - self.target).max() < SETTLED or self._settling > SETTLE_CYCLES:
@@ -251,7 +253,7 @@ class Controller:
             mode.follow(self.move, self.target, self.velocity)
         goal = self._planned(mode.planned, mode.planned_velocity)
         felt = np.zeros(6) if mode.resting else self.felt()
-        return mode.advance(self.model, self.tcp, self.target, goal, felt, self.body.read()[0])
+        return mode.advance(self.model, self.tcp, self.target, goal, felt, self.body.read()[0], self._pace)
 
     def _planned(self, here: Floats, velocity: Floats) -> Floats:
         """Return the next setpoint (6,) that the move would have, where it is `here` (6,) at a `velocity` (6,)."""
@@ -290,7 +292,8 @@ class Controller:
         if isinstance(self.move, Servo):
             # Setpoints come by steps: what the arm does is smoother.
             self.target, self.velocity = self.body.read()
-        if self.move is not None and (deceleration is not None or not isinstance(self.move, Stop)):
+        moves = self.move is not None or self.velocity.any()  # force mode moves the arm without a move
+        if moves and (deceleration is not None or not isinstance(self.move, Stop)):
             self.move = Stop(END_DECELERATION if deceleration is None else deceleration)
 
     def say(self, code: int, argument: int, text: str) -> None:
