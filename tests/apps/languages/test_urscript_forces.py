@@ -393,3 +393,22 @@ def test_without_physics_or_a_sensor_it_says_what_would_help(kernel: KernelProce
                         heard += program.recv(4096)
         finally:
             process.kill()
+
+
+@pytest.mark.long
+def test_force_mode_ends_where_physics_are_switched_off(kernel: KernelProcess, stubs: Stubs) -> None:
+    with virtualrobot.connect(kernel.address) as client:
+        _cell(client)
+        process = ControllerProcess("arm", "--address", kernel.address, host=host(4))
+        try:
+            with socket.create_connection((process.host, 30002), timeout=60.0) as program:
+                script = f'def push():\n{_MODE}\ntextmsg("it pushes")\nwhile True:\n  sync()\nend\nend\n'
+                program.sendall(script.replace("-10", "0").encode())
+                heard = b""
+                while b"it pushes" not in heard:
+                    heard += program.recv(4096)
+                client.physics.set("none")
+                while b"the force mode ends: no forces are known where physics are off" not in heard:
+                    heard += program.recv(4096)
+        finally:
+            process.kill()

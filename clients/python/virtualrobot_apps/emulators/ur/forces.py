@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
@@ -19,6 +20,9 @@ from virtualrobot_apps.emulators.ur.lengths import turn_of_flange
 
 _SILENT_SECONDS = 0.5
 """Simulation time (s) without a reading after which a sensor is silent."""
+_ASKED_SECONDS = 0.2
+"""Time (s) for which physics are taken to be as they were."""
+_OFF = "no forces are known where physics are off; client.physics.set('mujoco') switches them on"
 _GRAVITY = np.array([0.0, 0.0, -9.81])
 """Gravity (m/s^2) in the base's frame of an arm that knows of no other."""
 
@@ -155,7 +159,7 @@ class Wrist:
         try:
             status = self._client.physics.status
             if status.engine in ("", "none"):
-                raise Unmeasured("no forces are known where physics are off; client.physics.set('mujoco') switches on")
+                raise Unmeasured(_OFF)
             name, flange_t_sensor = self._sensor()
             first = self._client.sensors[name].read()
             if self._client.sensors[name].status.state != "running":
@@ -183,11 +187,19 @@ class Wrist:
         raise Unmeasured(f"{self._robot.name!r} has no force and torque sensor on its flange; {added} adds one")
 
     def _watch(self, name: str) -> None:
+        asked = time.monotonic()
         try:
             for reading in self._client.sensors[name].watch(max_rate=500.0):
                 if reading.value is None:
                     self._fault = f"the sensor {name!r} tells nothing: {reading.fault or reading.state}"
                     return
+                if time.monotonic() - asked > _ASKED_SECONDS:
+                    # Without physics a sensor goes on, and feels no contact.
+                    asked, status = time.monotonic(), self._client.physics.status
+                    if status.engine in ("", "none"):
+                        self._fault = _OFF
+                        return
+                    self._gravity = status.gravity
                 self._news = reading
             self._fault = f"the sensor {name!r} is there no more"
         except VirtualRobotError as error:
