@@ -48,6 +48,16 @@ def test_a_view_is_had_where_it_was_asked_for(client: virtualrobot.Client) -> No
     assert on_block.sum() > 20 and (on_table | on_block).mean() > 0.95
 
 
+def test_it_looks_where_time_goes_on_by_steps_too(client: virtualrobot.Client) -> None:
+    eye = Eye(client, "arm", "laser")
+    views = views_around(BODY, np.array([0.4]), 24, lowest=0.2)
+    there = next(one for one in reversed(eye.postures(views)) if one is not None)
+    with client.clock.hold_stepped():
+        _, echoes = eye.look(there)
+    np.testing.assert_allclose([client.robot("arm").positions], [list(there.values())], atol=1e-6)
+    assert len(echoes) > 100
+
+
 def test_what_no_arm_reaches_is_no_view_and_no_grasp(client: virtualrobot.Client) -> None:
     """Five meters away nothing is in reach, and within the table the arm would touch it."""
     eye = Eye(client, "arm", "laser")

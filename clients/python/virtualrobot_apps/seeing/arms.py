@@ -58,13 +58,17 @@ class Eye:
     def look(self, posture: Mapping[str, float] | None = None) -> tuple[Floats, Floats]:
         """Go to a posture and measure; return the sensor's place (3,) and its echoes (n, 3).
 
-        Those of the arm itself and its tools are left out.
+        Those of the arm itself and its tools are left out. In a stepped clock, time goes on until the arm is there.
 
         Raises:
             InvalidArgumentError: for a sensor that isn't one of ranges.
         """
         if posture is not None:
-            self._client.robot(self._robot).move_joints(posture)
+            motion = self._client.robot(self._robot).move_joints(posture, wait=False)
+            if self._client.clock.read().mode == "stepped":
+                self._client.clock.run(motion)
+            else:
+                motion.wait()
         reading = self._client.sensors[self._sensor].read(points=True, elements=True, frame="world")
         said = reading.range
         if said.points is None or said.elements is None:

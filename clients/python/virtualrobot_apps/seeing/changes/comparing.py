@@ -80,7 +80,10 @@ def compare(before: Scan, after: Scan) -> Comparison:
         InvalidArgumentError: where both are the same scan.
     """
     if before.points.shape == after.points.shape and np.array_equal(before.points, after.points):
-        raise InvalidArgumentError("both scans are the same to the bit: the sensor has not measured again between them")
+        raise InvalidArgumentError(
+            "both scans are the same to the bit: the sensor has not measured again between them, or it has no noise, "
+            "and nothing has changed"
+        )
     guess = np.linalg.inv(before.world_t_sensor) @ after.world_t_sensor
     found = registered(before.points, after.points, guess)
     if found.share < SAME_PLACE:
