@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 import virtualrobot
 from click.testing import CliRunner
@@ -33,6 +34,13 @@ def test_a_motor_that_is_too_weak_lifts_nothing(client: virtualrobot.Client) -> 
     """Friction needs m g / mu = 1.6 N of the one motor of both fingers (Coulomb)."""
     result = run.main(client, 1, seed=1, effort=0.7 * cell.MASS * 9.81 / cell.FRICTION)
     assert (result.fallen, result.brought, result.tries) == (1, 0, run.TRIES)
+
+
+def test_a_box_on_a_heap_above_the_walls_is_in_the_bin_and_one_beside_it_is_not() -> None:
+    x, y = cell.TO
+    assert cell.holds(cell.TO, np.array([x, y, cell.TOP + 1.2 * cell.DEEP]))
+    assert not cell.holds(cell.TO, np.array([x, y + 0.5 * cell.INSIDE + cell.WALL, cell.TOP + cell.DEEP]))
+    assert not cell.holds(cell.TO, np.array([x, y, 0.02]))
 
 
 @pytest.mark.parametrize(("arguments", "said"), [(("--boxes", "21"), "1<=x<=20"), (("--effort", "0"), "0.1<=x<=120.0")])

@@ -79,5 +79,5 @@ def walls(color: str) -> list[virtualrobot.Figure]:
 
 
 def holds(bin_at: tuple[float, float], place: np.ndarray) -> bool:
-    """Return whether a place (3,) is in the bin whose middle is there."""
-    return bool(np.abs(place[:2] - bin_at).max() < 0.5 * INSIDE and TOP < place[2] < TOP + DEEP)
+    """Return whether a place (3,) is in the bin whose middle is there; a heap may be as high again as its walls."""
+    return bool(np.abs(place[:2] - bin_at).max() < 0.5 * INSIDE and TOP < place[2] < TOP + 2.0 * DEEP)
