@@ -265,6 +265,13 @@ def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
     assert (last.phase, last.end_cause) == (ABORTED, motion_pb2.END_CAUSE_UNWATCHED)
 
 
+def radius_step(radius: float) -> motion_pb2.ProgramStep:
+    """Return a step with a controller's zone."""
+    step = move(joints("arm"))
+    step.move.blend_radius.radius_meters = radius
+    return step
+
+
 @pytest.mark.parametrize(
     ("steps", "words"),
     [
@@ -280,6 +287,10 @@ def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
         ([put("a", lead=float("nan"))], "steps[0].set_signal.lead_seconds must be a finite number"),
         ([move(joints("arm"), blend_percent=51.0)], "blend_percent must be above 0 and at most 50, not 51"),
         ([move(joints("arm"), blend_distance_meters=-0.1)], "blend_distance_meters must be above 0, not -0.1"),
+        (
+            [radius_step(0.0)],
+            "blend_radius.radius_meters must be above 0, not 0",
+        ),
     ],
 )
 def test_a_wrong_step_is_named(stepped: Stubs, steps: list[motion_pb2.ProgramStep], words: str) -> None:

@@ -53,9 +53,26 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
     Automatic Machines and Robots (2008), section 3.4) for constant limits of s', s'' and s''' that include what the
     move's own bending takes. All is verified on a fine grid; a move or corner that exceeds a limit becomes slower.
     It begins with s' = `entry` and s'' = 0; raises KernelError where no such law from that speed is found.
+
+    Two kinds of limits of the moves are tried, those that are kept whatever the move's rate is, and those of moves that
+    don't bend, which have to become smaller where they do: the sooner law counts.
     """
-    moves = [_move(whole.path, part, rates) for part in whole.moves]
     passing = [_passing(whole.path, part, rates) for part in whole.corners]
+    laws: list[PiecewisePolynomial] = []
+    for limits in (_move, _straight_move):
+        moves = [limits(whole.path, part, rates) for part in whole.moves]
+        try:
+            laws.append(_law_with(whole, rates, moves, list(passing), entry))
+        except KernelError:
+            if limits is _straight_move and not laws:
+                raise
+    return min(laws, key=lambda law: law.end)
+
+
+def _law_with(
+    whole: Rounded, rates: Sequence[Rate], moves: Sequence[_Move], passing: list[float], entry: float
+) -> PiecewisePolynomial:
+    """Return the law of moves and corners with limits, which become smaller until all is kept."""
     for _ in range(_ROUNDS):
         reached = _reachable(passing, moves, entry)
         law, ends = _law(whole, moves, [entry, *reached, 0.0])
@@ -141,6 +158,23 @@ def _move(path: PiecewisePolynomial, part: tuple[float, float], rates: Sequence[
     for size, along, across, _, twist, (_, _, j) in found:
         room = np.sqrt(np.maximum(j**2 - (3.0 * across * v1 * a1) ** 2, 0.0)) - 3.0 * along * v1 * a1 - twist * v1**3
         move.jerk = min(move.jerk, float((room / size).min()))
+    move.slow_down(_MARGIN)
+    return move
+
+
+@np.errstate(over="ignore")
+def _straight_move(path: PiecewisePolynomial, part: tuple[float, float], rates: Sequence[Rate]) -> _Move:
+    """Return constant limits of s' and its derivatives on a part of a path with which all hold where nothing bends."""
+    move = _Move(part[1] - part[0])
+    if move.length <= 0.0:
+        return move
+    looks = _looks(path, part)
+    for rate in _there(rates, part):
+        size = np.maximum(np.linalg.norm(_vectors(rate, looks)[0], axis=2), _TINY)
+        velocity, acceleration, jerk = (float((limit / size).min()) for limit in rate.limits)
+        move.velocity = min(move.velocity, velocity)
+        move.acceleration = min(move.acceleration, acceleration)
+        move.jerk = min(move.jerk, jerk)
     move.slow_down(_MARGIN)
     return move
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +16,15 @@ from virtualrobot_kernel.motion.path_law import law_along
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, stretch_needed, tcp_rate
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
+from virtualrobot_kernel.motion.superposed import Led
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
 from virtualrobot_kernel.planning.steps import Column, PlannedStep
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.groups import Group
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
@@ -55,10 +58,24 @@ class BlendGroup:
                 return False
         return True
 
-    def positions(self, steps: Sequence[PlannedStep]) -> list[Position]:
-        """Return the positions of the steps' tool centre points, as functions of the joints of all columns."""
+    def leds(self, pair: Sequence[PlannedStep]) -> dict[tuple[int, Group], Led]:
+        """Return the tool centre points that are led along Cartesian paths in both steps, by robot (uid) and group."""
+        sides = [{(one.robot.uid, one.group): one for one in step.moves} for step in pair]
+        found = {}
+        for arm, one in sides[1].items():
+            bound = self._placed(one, (0.0, 0.0))
+            if bound and isinstance(bound.tcp, TcpKinematics) and arm in sides[0] and sides[0][arm].tcp:
+                found[arm] = Led(bound.tcp, np.asarray(bound.columns))
+        return found
+
+    def positions(self, steps: Sequence[PlannedStep], only: Collection[tuple[int, Group]] = ()) -> list[Position]:
+        """Return the positions of the steps' tool centre points, as functions of the joints of all columns.
+
+        only: those of which robots (uid) and groups count; empty means all.
+        """
         snapshot = steps[0].snapshot
         robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
+        robots = {arm: robot for arm, robot in robots.items() if not only or arm in only}
         found: list[Position] = []
         for (_, group), robot in robots.items():
             arm = arm_if_chain(snapshot, robot, group)

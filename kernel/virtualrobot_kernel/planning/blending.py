@@ -19,6 +19,7 @@ from virtualrobot_kernel.motion.overlap import Overlap, overlap, overlapped
 from virtualrobot_kernel.motion.planned import Plan, Track, planned
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import stretch_needed, tcp_rate_once
+from virtualrobot_kernel.motion.superposed import superposed
 from virtualrobot_kernel.planning.blend_group import BlendGroup
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.steps import Column, GoOn, PlannedStep
@@ -203,9 +204,18 @@ def best_corner(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[
     zone = pair[0].zone
     assert zone is not None
     first, second = alone
-    room = room_for(zone, first.track.path, second.track.path, group.positions(pair))
+    leds = group.leds(pair) if zone.parabola else {}
+    if not leds:
+        zone = replace(zone, extended=0.0)
+    room = room_for(zone, first.track.path, second.track.path, group.positions(pair, leds))
     if not room.kept:
         return None, room.why
+    if room.fades:
+        room = replace(room, leds=tuple(leds.values()))
+        before, after = (part.track.path.onto(0.0, part.track.time_law.end) for part in alone)
+        if fitting_corner(group, before, after, room):
+            return _Corner(room, True), ""
+        return None, "no parabola through the zone keeps every limit"
     stopping = sum(step.plan.duration for step in pair)
     beside = part_overlap(group, pair, first, second, room)
     over = first.track.time_law.end + second.track.time_law.end - beside.saved if beside else inf
@@ -243,7 +253,7 @@ def _joined(
         parts.append(part)
     if unfit is None:
         run = _run(group, steps, parts, overlaps, cuts)
-        if run.plan.duration < sum(step.plan.duration for step in steps):
+        if any(room.fades for room in rooms) or run.plan.duration < sum(step.plan.duration for step in steps):
             return [run], []
         unfit = len(corners) // 2
     first, told = _joined(group, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)
@@ -296,6 +306,8 @@ def fitting_corner(
     What the zone takes of both paths gets the same length: so the tool centre point enters and leaves a distance's zone
     at the same speed, whatever the moves' own speeds are; the parameter changes at most by `_SCALE`.
     """
+    if room.fades:
+        return _parabola(group, before, after, room, length or before.end, most)
     for smaller in _SMALLER:
         left, share = smaller * room.shares[0] * (length or before.end), smaller * room.shares[1]
         if left >= most:
@@ -306,6 +318,29 @@ def fitting_corner(
         if _stays(group, corner.piece, room):
             return corner, changed
     return None
+
+
+def _parabola(
+    group: BlendGroup,
+    before: PiecewisePolynomial,
+    after: PiecewisePolynomial,
+    room: Room,
+    length: float,
+    most: float,
+) -> tuple[Corner, PiecewisePolynomial] | None:
+    """Return what `fitting_corner` does for a parabola, which has one size and is one curve at any scale."""
+    assert room.fades is not None
+    left = room.shares[0] * length
+    if left >= most:
+        return None
+    changed = after.onto(0.0, left / room.shares[1])
+    if not room.made:
+        scale = left / max(fade.reach for fade in room.fades)
+        place, turn = (fade.scaled(scale) for fade in room.fades)
+        piece = superposed(before, changed, left, place, turn, room.leds)
+        room.made.append(piece if piece is not None and _stays(group, piece, room) else None)
+    (found,) = room.made
+    return (Corner(left, left, found.onto(0.0, 2.0 * left)), changed) if found else None
 
 
 def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:

@@ -82,7 +82,8 @@ def extended(run: PlannedRun, step: PlannedStep, now: float, reached: float) -> 
         return why
     track = _widened(_kept(run.plan.tracks[0], reached - _BEHIND), group, step)
     found = _through(group, run, tail, track, step, alone[1], corner.room, now) if corner.through else None
-    found = found or _overlapping(group, run, tail, track, step, alone[1], corner.room, now)
+    if found is None and not corner.room.fades:
+        found = _overlapping(group, run, tail, track, step, alone[1], corner.room, now)
     if found is None:
         return f"the motion is too near to the end of step {pair[0].name} to go through its zone"
     notes = (shrunk(pair[0], corner.room),) if corner.room.kept < size(pair[0]) else ()

@@ -19,14 +19,17 @@ MAX_STEPS = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """Zone in which a corner may be rounded off: one of both is above 0.
+    """Zone in which a corner may be rounded off: one of meters and percent is above 0.
 
     meters: the radius about the corner on the way of the tool centre point. percent: the last part of these moves and
-    the first of the next ones, each of its own length, up to 50.
+    the first of the next ones, each of its own length, up to 50. parabola: whether the way through it is that of a
+    controller's radius, however soon that is; `extended` is the radius (m) for orientations and other joints then.
     """
 
     meters: float = 0.0
     percent: float = 0.0
+    parabola: bool = False
+    extended: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.superposed import LEAST_RAMP, Fade, Led, fade_within
 from virtualrobot_kernel.planning.program import Zone
 
 MOST = 0.5
@@ -35,7 +36,8 @@ class Room:
 
     kept: the zone's size in the unit that was asked for, 0 where there is none; `why` it is smaller than wanted.
     shares: how much of the first path before the corner and of the second one behind it the zone takes. corners, radii:
-    where each tool centre point is at the corner, and how far from there it may be.
+    where each tool centre point is at the corner, and how far from there it may be. fades: of a parabola, for positions
+    and for all else, in m; leds: the tool centre points that make it; made: its way, once it is looked for, or None.
     """
 
     kept: float
@@ -44,6 +46,9 @@ class Room:
     positions: tuple[Position, ...]
     corners: tuple[Floats, ...]
     radii: tuple[float, ...]
+    fades: tuple[Fade, Fade] | None = None
+    leds: tuple[Led, ...] = ()
+    made: list[PiecewisePolynomial | None] = field(default_factory=list)
 
     def holds(self, joints: Floats) -> bool:
         """Return True if every tool centre point is in its part of the zone, with joints (m, n)."""
@@ -61,7 +66,7 @@ def room_for(
     A distance is the radius of a sphere about the corner: the zone begins where the first tool centre point comes into
     its own sphere for good, and ends where the first one leaves its own. A percentage is of each path's parameter; in
     it no tool centre point may be farther from the corner than on the programmed way, by a tenth. No zone takes more
-    than half of a path.
+    than half of a path. A parabola begins a little sooner than its radius says, where there is room.
     """
     halves = (_Half(before, True, positions), _Half(after, False, positions))
     corners = tuple(halves[1].corner)
@@ -73,12 +78,20 @@ def room_for(
     if not moving:
         why = "no tool centre point moves there, so a distance has no meaning; give percent"
         return Room(0.0, why, (0.0, 0.0), (), (), ())
-    kept = min([zone.meters, *(half.room for half in moving)])
+    room = min(half.room for half in moving)
+    kept, fades = min(zone.meters, room), None
+    if zone.parabola:
+        place = fade_within(zone.meters, room)
+        fades = (place, fade_within(max(zone.extended, zone.meters), room))
+        told = min(zone.meters, room / (1.0 + 0.5 * LEAST_RAMP))
+        kept = max(fade.reach for fade in fades)
     shares = [half.share_of(kept) if half in moving else 0.0 for half in halves]
     # Where no tool centre point moves a distance says nothing: then as large a share as of the other path.
     first, second = (share or max(shares) for share in shares)
+    far = _WIDE * kept if fades else kept
+    kept = told if fades else kept
     why = "" if kept == zone.meters else "a zone takes at most half of a move"
-    return Room(kept, why, (first, second), tuple(positions), corners, (kept,) * len(positions))
+    return Room(kept, why, (first, second), tuple(positions), corners, (far,) * len(positions), fades)
 
 
 def _length(way: Floats) -> float:

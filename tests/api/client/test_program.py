@@ -102,7 +102,9 @@ def test_what_became_of_a_zone_is_told(client: Client, arm: Robot) -> None:
     (note,) = motion.notes
     assert (note.step, note.robot, note.wanted, note.kept) == (0, "iiwa", 0.05, 0.0)
     assert "step 1 waits" in note.message
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="one of zone and zone_percent"):
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="zone_extended goes with zone_radius"):
+        client.program().move(arm.ptp(BENT), zone=0.05, zone_extended=0.1)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="one of zone, zone_percent and zone_radius"):
         client.program().move(arm.ptp(BENT), zone=0.05, zone_percent=10)
 
 

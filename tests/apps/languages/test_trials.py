@@ -25,7 +25,7 @@ pytestmark = pytest.mark.long
 ACROSS = SEEDED[0].statements
 
 
-def tried(client: virtualrobot.Client, file: Path, longest: float = 5.0, still: float = 60.0) -> Trial:
+def tried(client: virtualrobot.Client, file: Path, longest: float = 8.0, still: float = 60.0) -> Trial:
     """Return the trial of a program in a stepped world."""
     world = World(client, "arm")
     task = RapidTask(load([Source(file.read_text(), str(file))], client.signals), world, lambda _: None)

@@ -53,16 +53,16 @@ def ready(client: Client, arm: Robot, joints: list[float]) -> Robot:
     return arm
 
 
-def picking(client: Client, arm: Robot) -> Program:
-    """Return a program with each kind of step."""
+def picking(client: Client, arm: Robot, zones: bool = True) -> Program:
+    """Return a program with each kind of step, with zones after two moves or without."""
     down = client.program().move(arm.linear(pose(x=0.06, z=-0.03), reference="tray"))
     down.move(arm.linear(pose(x=0.06), reference="tray", velocity=0.4, acceleration=0.5))
     first = arm.joint_names[0]
     program = client.program()
-    program.move(arm.ptp({first: arm.positions[0] + 0.3}), zone=0.015)
+    program.move(arm.ptp({first: arm.positions[0] + 0.3}), zone=0.015 if zones else None)
     program.move(arm.ptp(arm.tcp @ pose(z=-0.05), speed_factor=0.5))
     program.speed(0.5)
-    program.move(arm.linear(pose(z=-0.05), reference="tray", velocity=0.2), zone=0.02)
+    program.move(arm.linear(pose(z=-0.05), reference="tray", velocity=0.2), zone=0.02 if zones else None)
     program.set("gripper", False)
     program.move(arm.linear(pose(roll=0.2), reference="tray", velocity=0.2))
     program.tool_state(arm, "closed")
@@ -89,12 +89,20 @@ def goals(move: PointToPoint | Line | Arc) -> list[Goal]:
 
 
 def test_a_program_in_rapid_is_the_same_motion(arm: Robot, steps: Client) -> None:
-    """Each tick's joints of both plans are the same to 1e-6 rad, and so are the steps between."""
-    program = picking(steps, arm)
-    text = rapid.write(resolved(steps, arm, program), Language({}))
+    """Each tick's joints of both plans are the same to 1e-6 rad, and so are the steps between; zones become radii."""
     notes: list[str] = []
-    again = recorded(steps, "arm", load([Source(text, "picking.mod")], steps.signals), say=notes.append)
-    assert not notes
+
+    def both(zones: bool) -> tuple[Program, Program]:
+        program = picking(steps, arm, zones)
+        text = rapid.write(resolved(steps, arm, program), Language({}))
+        again = recorded(steps, "arm", load([Source(text, "picking.mod")], steps.signals), say=notes.append)
+        assert not notes
+        return program, again
+
+    _, again = both(True)
+    radii = [step["move"]["blend_radius"] for step in json.loads(again.text)["steps"] if "blend_radius" in str(step)]
+    assert [one["radius_meters"] for one in radii] == [0.015, 0.02]
+    program, again = both(False)
     plans = [one.plan().robots["arm"] for one in (program, again)]
     np.testing.assert_allclose(plans[1].positions, plans[0].positions, rtol=0.0, atol=1e-6)
     said = json.loads(again.text)["steps"]

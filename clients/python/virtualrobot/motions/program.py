@@ -49,15 +49,27 @@ class Program:
         self._services = services
         self._spec = motion_pb2.MotionSpec() if spec is None else spec
 
-    def move(self, *moves: Move, zone: float | None = None, zone_percent: float | None = None) -> Program:
+    def move(
+        self,
+        *moves: Move,
+        zone: float | None = None,
+        zone_percent: float | None = None,
+        zone_radius: float | None = None,
+        zone_extended: float | None = None,
+    ) -> Program:
         """Add moves that start and end together.
 
         With `zone`, in meters of the tool centre point's way, or `zone_percent`, of these moves and of the next ones,
         up to 50, the corner is rounded off towards the next moves instead of stopping there; `Motion.notes` tells what
-        became of it.
+        became of it. With `zone_radius` (m) the way through it is the parabola of a controller's zone, with
+        `zone_extended` (m) that of orientations and external axes.
         """
-        if zone is not None and zone_percent is not None:
-            raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
+        if sum(one is not None for one in (zone, zone_percent, zone_radius)) > 1:
+            raise InvalidArgumentError(
+                "a zone has a distance, a percentage or a radius: give one of zone, zone_percent and zone_radius"
+            )
+        if zone_extended is not None and zone_radius is None:
+            raise InvalidArgumentError("zone_extended goes with zone_radius")
         given = messages_of(moves)
         step = self._steps.add().move
         step.moves.extend(given)
@@ -65,6 +77,9 @@ class Program:
             step.blend_distance_meters = zone
         if zone_percent is not None:
             step.blend_percent = zone_percent
+        if zone_radius is not None:
+            step.blend_radius.radius_meters = zone_radius
+            step.blend_radius.extended_radius_meters = zone_extended or 0.0
         return self
 
     def set(self, signal: str, value: GivenValue = True, *, lead: float = 0.0) -> Program:

@@ -534,14 +534,24 @@ class PlaceAtStep(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class MoveStep(_message.Message):
-    __slots__ = ("moves", "blend_distance_meters", "blend_percent")
+    __slots__ = ("moves", "blend_distance_meters", "blend_percent", "blend_radius")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BLEND_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
     BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
+    BLEND_RADIUS_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     blend_distance_meters: float
     blend_percent: float
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
+    blend_radius: BlendRadius
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ..., blend_radius: _Optional[_Union[BlendRadius, _Mapping]] = ...) -> None: ...
+
+class BlendRadius(_message.Message):
+    __slots__ = ("radius_meters", "extended_radius_meters")
+    RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    EXTENDED_RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    radius_meters: float
+    extended_radius_meters: float
+    def __init__(self, radius_meters: _Optional[float] = ..., extended_radius_meters: _Optional[float] = ...) -> None: ...
 
 class SetSignalStep(_message.Message):
     __slots__ = ("signal", "value", "lead_seconds")

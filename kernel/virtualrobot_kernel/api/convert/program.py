@@ -225,6 +225,14 @@ def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:
                 f"{what}.{kind} must be above 0 and at most {MOST_PERCENT:g}, not {percent:g}", zone=percent
             )
         return Zone(percent=percent)
+    if kind == "blend_radius":
+        meters = finite(message.blend_radius.radius_meters, f"{what}.{kind}.radius_meters")
+        if meters <= 0.0:
+            raise KernelError(
+                f"{what}.{kind}.radius_meters must be above 0, not {meters:g}; leave it out to stop", zone=meters
+            )
+        extended = not_negative(message.blend_radius.extended_radius_meters, f"{what}.{kind}.extended_radius_meters")
+        return Zone(meters=meters, parabola=True, extended=extended)
     return None
 
 

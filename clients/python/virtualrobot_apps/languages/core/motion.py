@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from virtualrobot.connection import Client
 from virtualrobot.errors import MotionAbortedError, VirtualRobotError, WrongStateError
@@ -35,7 +35,7 @@ AHEAD = 4
 Planning takes its time, and a move that comes when the one before has ended begins from rest.
 """
 LEAD_SECONDS = 0.3
-"""Time (s) before the end of a move with a zone at which a program goes on that has waited for it."""
+"""Time (s) before the end of a move with a zone, or before a controller's zone, at which a waiting program goes on."""
 STOP_SECONDS = 10.0
 """Time (s of the wall clock) that a robot has to come to rest; in stepped time nobody may let it."""
 POLL_SECONDS = 0.01
@@ -46,6 +46,36 @@ COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 PLACES = 1000
 """Number of the latest steps whose place in the program is known."""
 ASIDE = "the program puts its path aside"
+
+
+class Corner(NamedTuple):
+    """Zone of a controller, in which the tool centre point goes along a parabola.
+
+    Attributes:
+        radius: of the zone in m.
+        extended: that of orientations and external axes, in m.
+        seconds: how long the robot is in it where it brakes to rest.
+    """
+
+    radius: float
+    extended: float = 0.0
+    seconds: float = 0.0
+
+
+Zone: TypeAlias = float | Corner
+"""A zone of the kernel by its distance (m), 0 where there is none, or one of a controller."""
+
+
+def size_of(zone: Zone) -> float:
+    """Return the radius of a zone in m, 0 where there is none."""
+    return zone.radius if isinstance(zone, Corner) else zone
+
+
+def zone_of(zone: Zone) -> dict[str, float]:
+    """Return the options of a program's move for a zone."""
+    if isinstance(zone, Corner):
+        return {"zone_radius": zone.radius, "zone_extended": zone.extended} if zone.radius > 0.0 else {}
+    return {"zone": zone} if zone > 0.0 else {}
 
 
 class SignalTimeout(Exception):
@@ -108,7 +138,7 @@ class MotionQueue:
         self._sent: deque[tuple[int, Step]] = deque()
         self._places: deque[tuple[int, str]] = deque(maxlen=PLACES)
         self._marks: list[tuple[Motion, _Mark]] = []
-        self._zone = False
+        self._zone, self._lead = False, LEAD_SECONDS
         self._stored: list[Stored] = []
         self._waiting: list[Step] = []
         self._batch: list[Step] | None = None
@@ -119,21 +149,22 @@ class MotionQueue:
     def move(
         self,
         move: Move,
-        zone: float = 0.0,
+        zone: Zone = 0.0,
         *,
         concurrent: bool = False,
         again: Callable[[], Step] | None = None,
         beside: Sequence[Move] = (),
     ) -> None:
-        """Append a move; `zone` is the radius (m) of its corner with the next move, 0: none; others go `beside` it.
+        """Append a move; `zone` is that of its corner with the next move, 0: none; others go `beside` it.
 
         Raises the error of the planner, and then the robot goes on as if the move had not been given.
         """
         if self._batch is None:
             self._room()
-        self._send([*self._held, Step(lambda program: program.move(move, *beside, zone=zone or None), True, again)])
+        self._send([*self._held, Step(lambda program: program.move(move, *beside, **zone_of(zone)), True, again)])
         self._held = []
-        self._zone, self.concurrent = zone > 0.0, concurrent
+        self._zone, self.concurrent = size_of(zone) > 0.0, concurrent
+        self._lead = LEAD_SECONDS + (zone.seconds if isinstance(zone, Corner) else 0.0)
 
     def set(self, signal: str, value: SignalValue, lead: float = 0.0) -> None:
         """Set a signal: in the zone after the last move, or else when all before it is done.
@@ -233,7 +264,7 @@ class MotionQueue:
             return
         self.flush()
         if self._zone:
-            self._wait(lambda state: (1.0 - state.progress) * state.planned_duration <= LEAD_SECONDS)
+            self._wait(lambda state: (1.0 - state.progress) * state.planned_duration <= self._lead)
         else:
             self.finish()
 

@@ -14,7 +14,7 @@ from virtualrobot.motions.moves import Move
 from virtualrobot.motions.program import Program
 from virtualrobot.motions.state import Search
 
-from virtualrobot_apps.languages.core.motion import POLL_SECONDS, MotionQueue, SignalValue, Step
+from virtualrobot_apps.languages.core.motion import POLL_SECONDS, MotionQueue, SignalValue, Step, Zone, size_of, zone_of
 from virtualrobot_apps.languages.core.task import Task
 
 
@@ -26,7 +26,7 @@ class Round:
         self.steps: list[Step] = []
         self.moves: dict[str, Move | None] = {}
         self.number: int | None = None
-        self.zone: float | None = None
+        self.zone: Zone | None = None
         self.places = range(0)
         self.over = False
         self.error: Exception | None = None
@@ -55,7 +55,7 @@ class Group:
         task: Task,
         steps: list[Step],
         move: Move | Exception,
-        zone: float = 0.0,
+        zone: Zone = 0.0,
         number: int | None = None,
     ) -> range:
         """Give a member's next move, with steps before it; return the numbers of all that was appended.
@@ -72,7 +72,7 @@ class Group:
                 )
             round.number = number
             round.steps += steps
-            round.zone = zone if round.zone is None else min(zone, round.zone)
+            round.zone = zone if round.zone is None else min(zone, round.zone, key=size_of)
             round.moves[name] = None if isinstance(move, Exception) else move
             if isinstance(move, Exception):
                 round.error = move
@@ -99,7 +99,7 @@ class Group:
         program = self._client.program()
         for step in round.steps:
             program = step.add(program)
-        program = program.move(*moves, zone=round.zone or None)
+        program = program.move(*moves, **zone_of(round.zone or 0.0))
         if self.motion is None:
             self.motion, self._count = program.start(open=True), 0
         else:
@@ -146,7 +146,7 @@ class GroupQueue(MotionQueue):
     def move(
         self,
         move: Move,
-        zone: float = 0.0,
+        zone: Zone = 0.0,
         *,
         concurrent: bool = False,
         again: Callable[[], Step] | None = None,
@@ -165,9 +165,9 @@ class GroupQueue(MotionQueue):
         self._sent += [(number, Step(_nothing, number == places[-1])) for number in places]
         place = self._task.place()
         self._places += ((number, place) for number in places)
-        self._zone = zone > 0.0
+        self._zone = size_of(zone) > 0.0
 
-    def _give(self, move: Move | Exception, zone: float = 0.0) -> range:
+    def _give(self, move: Move | Exception, zone: Zone = 0.0) -> range:
         self._giving, self.count = True, self.count + 1
         try:
             return self.group.give(self._name, self._task, self._held, move, zone, self.number)

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from virtualrobot.geometry import Matrix, pose_between
 
+from virtualrobot_apps.languages.core.motion import Zone
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.frames import matrix_of
+from virtualrobot_apps.languages.rapid.world import corner
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -88,9 +90,9 @@ def _passed(task: RapidTask, one: Trigger) -> None:
 
 
 def _go(
-    task: RapidTask, triggers: list[Trigger], length: float, speed: float, last: float, piece: Callable[..., None]
+    task: RapidTask, triggers: list[Trigger], length: float, speed: float, last: Zone, piece: Callable[..., None]
 ) -> None:
-    """Make a way in pieces: `piece` gets the shares at which one begins and ends and the radius of its zone (m)."""
+    """Make a way in pieces: `piece` gets the shares at which one begins and ends and its zone."""
     at = 0.0
     places = _places(triggers, length, speed)
     inner = [(place, what) for place, what in places if SAME < place < length - SAME]
@@ -104,10 +106,6 @@ def _go(
             at = place
         piece(at / length if length > 0.0 else 0.0, 1.0, last)
         _do(task, [one for place, what in places if place > SAME and place >= length - SAME for one in what])
-
-
-def _radius(zone: list[Any]) -> float:
-    return 0.0 if zone[0] else zone[1] / 1000.0
 
 
 def line(
@@ -125,10 +123,10 @@ def line(
     velocity = world.velocity(end, speed, None)
     length = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
 
-    def piece(_: float, share: float, radius: float) -> None:
+    def piece(_: float, share: float, radius: Zone) -> None:
         world.add_line(end if share >= 1.0 else pose_between(start, end, share), velocity, radius)
 
-    _go(task, triggers, length, velocity, _radius(zone), piece)
+    _go(task, triggers, length, velocity, corner(zone, velocity), piece)
     world.arrived(end, target)
 
 
@@ -159,14 +157,14 @@ def arc(
         found[:3, 3] = way.point(share)
         return found
 
-    def piece(begin: float, share: float, radius: float) -> None:
+    def piece(begin: float, share: float, radius: Zone) -> None:
         first, middle, last = pose(begin), way.point((begin + share) / 2.0), pose(share)
         if np.linalg.norm(middle - (first[:3, 3] + last[:3, 3]) / 2.0) < FLAT:
             world.add_line(last, velocity, radius)
         else:
             world.add_arc(first, middle, last, velocity, radius)
 
-    _go(task, triggers, way.length, velocity, _radius(zone), piece)
+    _go(task, triggers, way.length, velocity, corner(zone, velocity), piece)
     world.arrived(end, target)
 
 
@@ -188,9 +186,9 @@ def joints(
     ways = np.concatenate(([0.0], np.cumsum([np.linalg.norm(b - a) for a, b in pairwise(places)])))
     length = float(ways[-1])
 
-    def piece(_: float, share: float, radius: float) -> None:
+    def piece(_: float, share: float, radius: Zone) -> None:
         part = 1.0 if share >= 1.0 else float(np.interp(share * length, ways, shares))
         world.add_joints(start + part * (goal - start), factor, radius)
 
-    _go(task, triggers, length, speed[0] / 1000.0, _radius(zone), piece)
+    _go(task, triggers, length, speed[0] / 1000.0, corner(zone, speed[0] / 1000.0), piece)
     world.went(goal, world.frame(wobj) @ matrix_of(target))

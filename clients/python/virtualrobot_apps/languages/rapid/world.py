@@ -16,7 +16,7 @@ from virtualrobot.motions.moves import Move
 
 from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.languages.core.joint_speed import full_speed
-from virtualrobot_apps.languages.core.motion import Step
+from virtualrobot_apps.languages.core.motion import Corner, Step, Zone, zone_of
 from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc
@@ -27,6 +27,8 @@ from virtualrobot_apps.languages.rapid.predefined import CONSTANTS
 
 ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
+WIDER, LONGEST_LEAD = 1.2, 5.0
+"""Factor by which a zone may begin sooner than its radius says; time (s) before which nothing goes on for it."""
 SHORTEST_ARC = 1e-3
 """Distance (m) to its end below which what is left of an arc after a search is made as a line."""
 _CAN_NOT = (UnreachableError, LimitError, SingularityError)
@@ -111,11 +113,11 @@ class World(Placed):
             factor = self.joint_factor(self.joints_planned(), goal, speed)
         except _CAN_NOT as error:
             raise RapidFault("ERR_ROBLIMIT", error.message) from error
-        self.add_joints(goal, factor, zone[1] / 1000.0 * (not zone[0]), self._beside(axes, speed))
+        self.add_joints(goal, factor, corner(zone, speed[0] / 1000.0), self._beside(axes, speed))
         self.went(goal, None, axes)
 
-    def add_joints(self, goal: np.ndarray, factor: float, zone: float, beside: Sequence[Move] = ()) -> None:
-        """Append a joint move to positions (rad), with a share of the joints' speeds and a zone (m)."""
+    def add_joints(self, goal: np.ndarray, factor: float, zone: Zone, beside: Sequence[Move] = ()) -> None:
+        """Append a joint move to positions (rad), with a share of the joints' speeds and a zone."""
         named = dict(zip(self.joints, goal.tolist(), strict=True))
         self._add(self.robot.ptp(named, speed_factor=factor), zone, beside=beside)
 
@@ -158,7 +160,7 @@ class World(Placed):
         pose, beside = self.frame(wobj, axes) @ matrix_of(target), self._beside(axes, speed)
         on = self._turned(wobj, axes, beside)
         velocity = self.velocity(pose, speed, None, on.start(self.place_now()))
-        self.add_line(pose, velocity, zone[1] / 1000.0 * (not zone[0]), on, beside)
+        self.add_line(pose, velocity, self._corner(zone, velocity, pose, axes), on, beside)
         self.arrived(pose, target)
 
     def move_arc(
@@ -170,13 +172,14 @@ class World(Placed):
         pose, point = frame @ matrix_of(target), (frame @ matrix_of(via))[:3, 3]
         on = self._turned(wobj, axes, beside)
         velocity = self.velocity(pose, speed, point, on.start(self.place_now()))
-        self.add_arc(self.place_now(), point, pose, velocity, zone[1] / 1000.0 * (not zone[0]), on, beside)
+        rounding = self._corner(zone, velocity, pose, axes)
+        self.add_arc(self.place_now(), point, pose, velocity, rounding, on, beside)
         self.arrived(pose, target)
 
     def add_line(
-        self, pose: Matrix, velocity: float, zone: float, on: On | None = None, beside: Sequence[Move] = ()
+        self, pose: Matrix, velocity: float, zone: Zone, on: On | None = None, beside: Sequence[Move] = ()
     ) -> None:
-        """Append a line to a place, at a speed (m/s), with a zone (m), and moves of external axes beside it."""
+        """Append a line to a place, at a speed (m/s), with a zone, and moves of external axes beside it."""
         on = on or self._on()
         self._add(self.robot.linear(on.goal(pose), **self._along(velocity, on)), zone, beside=beside)
 
@@ -186,7 +189,7 @@ class World(Placed):
         via: np.ndarray,
         pose: Matrix,
         velocity: float,
-        zone: float,
+        zone: Zone,
         on: On | None = None,
         beside: Sequence[Move] = (),
     ) -> None:
@@ -200,9 +203,28 @@ class World(Placed):
 
         def rest() -> Step:
             through = Arc(start[:3, 3], via, pose[:3, 3]).rest(self._robot_now()[:3, 3])
-            return Step(lambda program: program.move(arc(through), zone=zone or None), True, rest)
+            return Step(lambda program: program.move(arc(through), **zone_of(zone)), True, rest)
 
         self._add(arc(via), zone, None if beside else rest, beside)
+
+    def _corner(self, zone: list[Any], velocity: float, pose: Matrix, axes: np.ndarray) -> Corner:
+        """Return the zone at the end of a line or arc to a place, with external axes at positions.
+
+        That of the orientation and of external axes is the smallest share of the way that the zone data has.
+        """
+        start = self.place_now()
+        length, angle = float(np.linalg.norm(pose[:3, 3] - start[:3, 3])), math.degrees(turn_between(start, pose))
+        shares = [(zone[4], angle)]
+        if self.external is not None and self.external.axes:
+            ways = np.abs(axes - self.axes_planned())
+            shares += [
+                (zone[5 if axis.scale == 1000.0 else 6], way * axis.scale)
+                for axis, way in zip(self.external.axes, ways.tolist(), strict=True)
+            ]
+        moving = any(way > 1e-9 for _, way in shares[1:])
+        most = min(zone[2], zone[3]) if moving else zone[2]
+        each = [float(size) / way * length for size, way in shares if way > 1e-9]
+        return corner(zone, velocity, min([most / 1000.0, *each]))
 
     def _on(self) -> On:
         """Return the frame in which the kernel gets lines and arcs: of the base, or of the world where that moves."""
@@ -244,7 +266,7 @@ class World(Placed):
         self.went(joints, pose, axes)
 
     def _add(
-        self, move: Move, zone: float, again: Callable[[], Step] | None = None, beside: Sequence[Move] = ()
+        self, move: Move, zone: Zone, again: Callable[[], Step] | None = None, beside: Sequence[Move] = ()
     ) -> None:
         try:
             self.queue.move(move, zone, concurrent=self.concurrent, again=again, beside=beside)
@@ -391,6 +413,15 @@ class World(Placed):
         self.queue.close()
         self._target = self._place = None
         return Twin(self.robot, world_t_base=self.base)
+
+
+def corner(zone: list[Any], speed: float, extended: float = 0.0) -> Corner:
+    """Return the zone that zone data says, at a speed (m/s); `extended` (m): of orientations, the radius at least."""
+    if zone[0] or zone[1] <= 0.0:
+        return Corner(0.0)
+    radius = zone[1] / 1000.0
+    extended = max(radius, extended)
+    return Corner(radius, extended, min(2.0 * WIDER * extended / speed, LONGEST_LEAD))
 
 
 def _told(conf: list[float]) -> str:

@@ -266,6 +266,7 @@ class _Resolver:
             if _moves(step):
                 spec.steps[-1].move.ClearField("blend_distance_meters")
                 spec.steps[-1].move.ClearField("blend_percent")
+                spec.steps[-1].move.ClearField("blend_radius")
                 spec.steps.add().dwell.seconds = REST_SECONDS
                 places.append(at)
         said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
@@ -431,8 +432,8 @@ class _Resolver:
         """Return a zone as radius and share of the move's own way, until the next move's is known."""
         length = float(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum())
         given = step.WhichOneof("zone")
-        if given == "blend_distance_meters":
-            meters = step.blend_distance_meters
+        if given in ("blend_distance_meters", "blend_radius"):
+            meters = step.blend_radius.radius_meters or step.blend_distance_meters
             return Zone(meters, min(0.5, meters / length) if length > 0.0 else 0.5)
         if given == "blend_percent":
             radius = length * step.blend_percent / 100.0
