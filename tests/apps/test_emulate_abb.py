@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import subprocess
 import sys
 import threading
@@ -420,6 +421,12 @@ def test_files_stay_below_their_folder(abb: Served, tmp_path: Path) -> None:
     assert rws.list_files("$HOME") == ["new"]
     assert asked(abb, "/fileservice/$HOME/", "DELETE").status_code == 404
     assert asked(abb, "/fileservice/$HOME/x", "PUT", data=b"0" * (17 * 1024 * 1024)).status_code == 413
+
+
+def test_a_body_that_is_too_long_is_refused_before_it_comes(abb: Served) -> None:
+    with socket.create_connection(("127.0.0.1", abb.port), timeout=60.0) as connection:
+        connection.sendall(b"POST /rw/rapid HTTP/1.1\r\nHost: x\r\nContent-Length: 99999999999\r\n\r\nstate=")
+        assert connection.makefile("rb").readline().startswith(b"HTTP/1.1 413 ")
 
 
 def test_every_resource_that_is_read_tells_the_same_in_xhtml_and_json(abb: Served) -> None:

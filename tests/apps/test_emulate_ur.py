@@ -420,19 +420,37 @@ def test_ten_thousand_malformed_packets_break_nothing(rng: np.random.Generator) 
         server.close()
 
 
-def test_a_number_that_is_none_is_told_and_changes_nothing() -> None:
+def test_a_number_that_is_none_is_told_once_and_changes_nothing() -> None:
+    """What comes after it counts: the client is there still."""
     said: list[str] = []
     server = Server(made(), ADDRESS, said.append)
     try:
         with socket.create_connection((ADDRESS, 30004)) as program:
             names = b"speed_slider_mask,speed_slider_fraction"
             program.sendall(struct.pack(">HB", 3 + len(names), ord("I")) + names)
-            program.sendall(struct.pack(">HBBId", 16, ord("U"), 1, 1, np.nan))
-            until(lambda: server.cycle() or said)
-        assert said == ["RTDE: speed_slider_fraction is a finite number, not nan; the client that sent it was let go"]
-        assert server.controller.slider == 1.0 and not server.clients
+            for fraction in (np.nan, np.nan, 0.5, np.nan):
+                program.sendall(struct.pack(">HBBId", 16, ord("U"), 1, 1, fraction))
+            until(lambda: server.cycle() or server.controller.slider == 0.5)
+            server.cycle()
+        assert said == ["RTDE: speed_slider_fraction is a finite number, not nan; packets with it are left out"]
+        assert server.controller.slider == 0.5
     finally:
         server.close()
+
+
+_TO_NOWHERE = """
+said["nowhere"] = [control.moveJ([float("nan")] * 6, 1.0, 1.0), control.isProgramRunning(), receive.isConnected()]
+said["anew"] = control.reuploadScript()
+while not control.isProgramRunning():
+    time.sleep(0.002)
+said["somewhere"] = control.moveJ([0.0, -1.5, 1.5, -1.57, -1.57, 0.0], 1.0, 1.0)
+"""
+
+
+@pytest.mark.long
+def test_a_program_that_moves_to_no_number_ends_its_script(process: ControllerProcess) -> None:
+    """The script ends where it reads the register, so the library says False, and its connection is as it was."""
+    assert told(_TO_NOWHERE, process.host) == {"nowhere": [False, False, True], "anew": True, "somewhere": True}
 
 
 def test_wrong_options_are_told() -> None:

@@ -381,6 +381,8 @@ def test_rapid_that_looks_at_the_world_is_refused_at_its_line(
 
 
 def test_the_command_writes_and_reads(arm: Robot, steps: Client, stepped_kernel: KernelProcess, tmp_path: Path) -> None:
+    """It writes for the robot that the program moves, of two; what is read needs its name."""
+    steps.load_robot("model://irb120", name="other")
     (tmp_path / "cell.yaml").write_text(
         "schema_version: 1\nsteps:\n"
         "  - move: {moves: [{robot: arm, point_to_point: {joints: {joint_positions: {joint_1: 0.3}}}}]}\n"
@@ -397,7 +399,8 @@ def test_the_command_writes_and_reads(arm: Robot, steps: Client, stepped_kernel:
     code, said = run("export", cell, "--as", "rapid", *closed)
     assert (code, said) == (0, f"4 statements in {tmp_path / 'cell.mod'}\n")
     assert "SetDO gripper, 0;" in (tmp_path / "cell.mod").read_text()
-    code, said = run("import", str(tmp_path / "cell.mod"), "-o", str(tmp_path / "again.yaml"))
+    assert run("import", str(tmp_path / "cell.mod"))[1] == "name the arm by --robot; there are arm, other"
+    code, said = run("import", str(tmp_path / "cell.mod"), "--robot", "arm", "-o", str(tmp_path / "again.yaml"))
     assert (code, said) == (0, f"3 steps in {tmp_path / 'again.yaml'}\n")
     plans = [steps.read_program(tmp_path / one) for one in ("cell.yaml", "again.yaml")]
     ends = [one.plan().robots["arm"] for one in plans]

@@ -44,6 +44,8 @@ Send: TypeAlias = Callable[[Event], Awaitable[None]]
 
 MOST_BYTES = 16 * 1024 * 1024
 """Size of the longest body."""
+QUIET_SECONDS = 0.5
+"""Time (s) without more of a body that is too long after which that is answered."""
 MOST_FIELDS = 3000
 MOST_SESSIONS = 70
 """Number of sessions at a time, as on a controller."""
@@ -130,7 +132,7 @@ class Server:
         cookies: list[tuple[str, str]] = []
         as_json = self._second and HAL in given.get("accept", "").replace("; ", ";")
         try:
-            body = await _body(receive)
+            body = await _body(receive, int(given.get("content-length", "0")))
             key, cookies = self._who(scope, scope["method"])
             query = _fields(scope["query_string"])
             as_json = as_json or query.get("json", [""])[0] == "1"
@@ -244,10 +246,14 @@ async def _gone(receive: Receive) -> None:
         pass
 
 
-async def _body(receive: Receive) -> bytes:
-    body, more, long = b"", True, False
+async def _body(receive: Receive, announced: int) -> bytes:
+    """Return the body; of one that is too long all is taken that comes, since a client that sends hears no answer."""
+    body, more, long = b"", True, announced > MOST_BYTES
     while more:
-        event = await receive()
+        try:
+            event = await asyncio.wait_for(receive(), QUIET_SECONDS if long else None)
+        except TimeoutError:
+            break
         if event["type"] == "http.disconnect":
             raise Refused("INVALIDARG", "the body is cut off")
         long = long or len(body) + len(event.get("body", b"")) > MOST_BYTES

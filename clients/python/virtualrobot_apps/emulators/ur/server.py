@@ -36,6 +36,8 @@ class Client:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connection, self.port, self.session = connection, port, session
         self.got, self.waiting, self.ended = bytearray(), bytearray(), False
+        self.refused: set[str] = set()
+        """Words of what is left out of what it sends, each told once."""
         self.looked = 0
         """Number of bytes of a script that isn't whole yet, as it was looked at."""
 
@@ -157,10 +159,12 @@ class Server:
     def _exchange(self, client: Client, session: exchange.Session) -> None:
         try:
             for kind, body in exchange.packets(client.got):
-                client.send(session.take(kind, body))
-        except exchange.NotFinite as error:
-            self._tell(f"RTDE: {error}; the client that sent it was let go")
-            client.ended = True
+                try:
+                    client.send(session.take(kind, body))
+                except exchange.NotFinite as error:
+                    if str(error) not in client.refused:
+                        client.refused.add(str(error))
+                        self._tell(f"RTDE: {error}; packets with it are left out")
         except (ValueError, struct.error):
             client.ended = True
         if session.set:

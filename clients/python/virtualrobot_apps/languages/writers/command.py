@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """
 \b
 Examples:
-  virtualrobot program export cell.yaml --as rapid --robot arm
+  virtualrobot program export cell.yaml --as rapid
   virtualrobot program export cell.yaml --as krl --signal 'gripper=$OUT[1]' --tool-state closed=gripper
   virtualrobot program export cell.yaml --as urscript --signal "gripper=standard_out[0]" -o cell.script
   virtualrobot program import cell.mod --robot arm -o again.yaml
@@ -79,8 +79,10 @@ def export(
     of_tool = {state: _value(told) for state, told in map(_pair, tool_states)}
     facts = wanted(dict(map(_pair, signals)), signs, coupling)
     with target.connect() as client:
-        name = only_robot(client, robot)
-        resolved = robot_program(client, client.read_program(file), client.robot(name), file.stem, of_tool)
+        read = client.read_program(file)
+        named = _robots(json.loads(read.text))
+        name = only_robot(client, named.pop() if robot is None and len(named) == 1 else robot)
+        resolved = robot_program(client, read, client.robot(name), file.stem, of_tool)
     write(resolved, language, facts, output or file.with_suffix(LANGUAGES[language]))
     return 0
 
@@ -115,6 +117,14 @@ def import_(target: Target, files: tuple[Path, ...], robot: str | None, routine:
     where.write_text(yaml.safe_dump(json.loads(found.text), sort_keys=False), encoding="utf-8")
     click.echo(f"{len(found)} steps in {where}")
     return 0
+
+
+def _robots(told: object) -> set[str]:
+    """Return the robots that a program names."""
+    if isinstance(told, dict):
+        robot = told.get("robot")
+        return {robot} if isinstance(robot, str) else _robots(list(told.values()))
+    return set[str]().union(*map(_robots, told)) if isinstance(told, list) else set()
 
 
 def _pair(text: str) -> tuple[str, str]:

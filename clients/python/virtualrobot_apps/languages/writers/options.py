@@ -23,7 +23,11 @@ def language_options(*, required: bool) -> Callable[[Decorated], Decorated]:
     """Return what adds the options of a written program to a command: language, robot, output, signs, coupling."""
     options = [
         click.option("--as", "language", required=required, type=click.Choice(sorted(LANGUAGES)), help="The language."),
-        click.option("--robot", metavar="NAME", help="The arm whose program it is [the only robot]."),
+        click.option(
+            "--robot",
+            metavar="NAME",
+            help="The arm whose program it is [that which the program moves, or the only one].",
+        ),
         click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to [FILE's name]."),
         click.option("--signs", metavar="1,-1,...", help="Senses of a KUKA's axes against the model's [1,1,1,1,1,1]."),
         click.option(

@@ -28,8 +28,9 @@ def _read_input_integer_register(task: RobotTask, address: Value) -> int:
 @function("read_input_float_register", "address")
 def _read_input_float_register(task: RobotTask, address: Value) -> float:
     """Number that a client has set; 0 where none has."""
-    value = task.controller.inputs.get(f"input_double_register_{whole(address, 'address', 0, _LAST)}", 0.0)
-    return value if isinstance(value, float) else 0.0
+    name = f"input_double_register_{whole(address, 'address', 0, _LAST)}"
+    value = task.controller.inputs.get(name, 0.0)
+    return number(value, name) if isinstance(value, float) else 0.0
 
 
 @function("read_input_boolean_register", "address")
