@@ -18,7 +18,7 @@ M = TypeVar("M", bound=Message)
 
 UNITS = (
     *("meters", "radians", "seconds", "kilograms", "hertz", "pixels"),
-    *("meters_per_second", "meters_per_second_squared"),
+    *("meters_per_second", "meters_per_second_squared", "radians_per_second"),
 )
 """Units that a field's name may have behind that of its attribute."""
 

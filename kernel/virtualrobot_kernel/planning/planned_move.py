@@ -79,8 +79,10 @@ def led_move(
     return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)
 
 
-def cartesian_limits(max_velocity: float, max_acceleration: float) -> CartesianLimits:
-    """Return the limits of a TCP that is led, in m/s and m/s^2; 0 stands for the defaults.
+def cartesian_limits(
+    max_velocity: float, max_acceleration: float, max_angular_velocity: float = 0.0
+) -> CartesianLimits:
+    """Return the limits of a TCP that is led, in m/s, m/s^2 and rad/s; 0 stands for the defaults.
 
     Raises LimitError for a speed that nobody means.
     """
@@ -93,7 +95,10 @@ def cartesian_limits(max_velocity: float, max_acceleration: float) -> CartesianL
         )
     acceleration = max_acceleration or LINE_ACCELERATION
     return CartesianLimits(
-        velocity=max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
+        velocity=max_velocity or LINE_VELOCITY,
+        acceleration=acceleration,
+        jerk=JERK_RATIO * acceleration,
+        rotation_velocity=max_angular_velocity or CartesianLimits.rotation_velocity,
     )
 
 

@@ -13,6 +13,7 @@ import virtualrobot
 from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
+from virtualrobot_apps.languages.rapid.recording import recorded
 from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
@@ -113,6 +114,31 @@ def test_lines_are_as_fast_as_their_speed_and_arcs_pass_their_point(
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(
+    ("rate", "time", "fastest"),
+    [(20, "", 20.0), (150, "", 150.0), (150, r" \T:=9", 10.0)],
+    ids=["slow", "quick", "timed"],
+)
+def test_a_tool_turns_on_the_spot_as_fast_as_v_ori_says(
+    client: virtualrobot.Client, arm: virtualrobot.Robot, rate: float, time: str, fastest: float
+) -> None:
+    """The axis of the flange alone turns, by 90 degrees; without v_ori the kernel's lines turn by 2 rad/s at most."""
+    velocity = np.degrees(arm.limits["joint_6"].velocity)
+    acceleration = np.degrees(arm.limits["joint_6"].acceleration)
+    statements = rf"MoveL RelTool(here, 0, 0, 0 \Rz:=90), [100, {rate}, 100, 100]{time}, fine, tool0;"
+    program = loaded(
+        "MODULE T\nVAR robtarget here;\nPROC main()\nConfL \\Off;\n"
+        "here := CalcRobT([[0, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]], tool0);\n"
+        "MoveAbsJ [[0, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]], v1000, fine, tool0;\n"
+        f"{statements}\nENDPROC\nENDMODULE",
+        client.signals,
+    )
+    plan = recorded(client, "arm", program).plan()
+    turning = np.degrees(np.abs(np.diff(plan.robots["arm"].positions[:, 5]))) / np.diff(plan.times)
+    reachable = math.sqrt(90.0 * acceleration)
+    assert turning.max() == pytest.approx(min(fastest, velocity, reachable), rel=0.02)
+
+
 def test_a_move_with_a_time_is_so_fast_that_it_takes_it_but_for_speeding_up(
     client: virtualrobot.Client, arm: virtualrobot.Robot
 ) -> None:

@@ -1407,7 +1407,7 @@ class Scene(Face):
     @property
     def allowed_pairs(self) -> tuple[AllowedPair, ...]:
         """Pairs that touch as the model that was loaded last is built or stands, and so may touch from then on."""
-    def export(self, node: Text | Node | Robot, file: str | Path) -> Order[Export]:
+    def export(self, node: Text | Node | Robot, file: str | Path, *, tolerance: float = ...) -> Order[Export]:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF or USDZ, to this machine."""
     def load_scene(self, file: str | Path, *, add: bool = ..., packages: Mapping[str, str | Path] | None = ..., strict: bool = ..., request_id: str | None = ...) -> Order[list[str]]:
         """Replace the world by a scene file of this machine, or `add` it; return the names of the created nodes."""

@@ -101,10 +101,12 @@ class CartesianOptions(GoalOptions, total=False):
     Attributes:
         velocity: its greatest speed (m/s), 0.25 by default.
         acceleration: its greatest acceleration (m/s^2), 1 by default.
+        angular_velocity: the greatest angular velocity of the tool (rad/s), 2 by default.
     """
 
     velocity: float | None
     acceleration: float | None
+    angular_velocity: float | None
 
 
 class LinearOptions(CartesianOptions, total=False):
@@ -400,4 +402,7 @@ def _rates(options: CartesianOptions) -> dict[str, Any]:
     return {
         "max_velocity_meters_per_second": value_or_default(options.get("velocity"), "velocity"),
         "max_acceleration_meters_per_second_squared": value_or_default(options.get("acceleration"), "acceleration"),
+        "max_angular_velocity_radians_per_second": value_or_default(
+            options.get("angular_velocity"), "angular_velocity"
+        ),
     }

@@ -678,26 +678,30 @@ class PointToPoint(_message.Message):
     def __init__(self, joints: _Optional[_Union[JointGoal, _Mapping]] = ..., pose: _Optional[_Union[PoseGoal, _Mapping]] = ..., posture: _Optional[str] = ..., actuators: _Optional[_Union[ActuatorGoal, _Mapping]] = ...) -> None: ...
 
 class Linear(_message.Message):
-    __slots__ = ("goal", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until")
+    __slots__ = ("goal", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until", "max_angular_velocity_radians_per_second")
     GOAL_FIELD_NUMBER: _ClassVar[int]
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     UNTIL_FIELD_NUMBER: _ClassVar[int]
+    MAX_ANGULAR_VELOCITY_RADIANS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     goal: PoseGoal
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     until: SignalCondition
-    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ...) -> None: ...
+    max_angular_velocity_radians_per_second: float
+    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ..., max_angular_velocity_radians_per_second: _Optional[float] = ...) -> None: ...
 
 class Spline(_message.Message):
-    __slots__ = ("goals", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+    __slots__ = ("goals", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "max_angular_velocity_radians_per_second")
     GOALS_FIELD_NUMBER: _ClassVar[int]
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    MAX_ANGULAR_VELOCITY_RADIANS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     goals: _containers.RepeatedCompositeFieldContainer[PoseGoal]
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
-    def __init__(self, goals: _Optional[_Iterable[_Union[PoseGoal, _Mapping]]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+    max_angular_velocity_radians_per_second: float
+    def __init__(self, goals: _Optional[_Iterable[_Union[PoseGoal, _Mapping]]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., max_angular_velocity_radians_per_second: _Optional[float] = ...) -> None: ...
 
 class JointJog(_message.Message):
     __slots__ = ("joint", "velocity", "distance")
@@ -726,7 +730,7 @@ class CartesianJog(_message.Message):
     def __init__(self, translation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., frame: _Optional[_Union[JogFrame, str]] = ..., node: _Optional[str] = ..., velocity: _Optional[float] = ..., distance: _Optional[float] = ...) -> None: ...
 
 class Circular(_message.Message):
-    __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until")
+    __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until", "max_angular_velocity_radians_per_second")
     GOAL_FIELD_NUMBER: _ClassVar[int]
     VIA_FIELD_NUMBER: _ClassVar[int]
     CENTER_FIELD_NUMBER: _ClassVar[int]
@@ -734,6 +738,7 @@ class Circular(_message.Message):
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     UNTIL_FIELD_NUMBER: _ClassVar[int]
+    MAX_ANGULAR_VELOCITY_RADIANS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     goal: PoseGoal
     via: _geometry_pb2.Vector3
     center: ArcCenter
@@ -741,7 +746,8 @@ class Circular(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     until: SignalCondition
-    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., via: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., center: _Optional[_Union[ArcCenter, _Mapping]] = ..., orientation: _Optional[_Union[ArcOrientation, str]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ...) -> None: ...
+    max_angular_velocity_radians_per_second: float
+    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., via: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., center: _Optional[_Union[ArcCenter, _Mapping]] = ..., orientation: _Optional[_Union[ArcOrientation, str]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ..., max_angular_velocity_radians_per_second: _Optional[float] = ...) -> None: ...
 
 class ArcCenter(_message.Message):
     __slots__ = ("position", "axis", "angle_radians")

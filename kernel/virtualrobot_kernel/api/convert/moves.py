@@ -111,10 +111,12 @@ def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: st
     if circular.goal.HasField("reference_t_tcp") or not isinstance(shape, Center) or shape.angle is None:
         goal = PATH_GOAL.read(circular.goal, f"{what}.goal").reference_t_tcp
     with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
-    speed, acceleration = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
+    speed, acceleration, turning = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
     reference, moving = circular.goal.reference, circular.goal.moving
     until = condition_of(circular.until, f"{what}.until") if circular.HasField("until") else None
-    return Circular(robot, shape, goal, reference, with_arc, factor, speed, acceleration, moving=moving, until=until)
+    return Circular(
+        *(robot, shape, goal, reference, with_arc, factor, speed, acceleration, turning), moving=moving, until=until
+    )
 
 
 def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: float, what: str) -> JointTrajectory:
@@ -205,7 +207,11 @@ def _rows(table: Table[Any, Any]) -> Callable[[str, Any, float, str], Move]:
 
 COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law")
 """Attributes that all moves share, and that `Move` says beside the kind."""
-RATES = ("max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+RATES = (
+    "max_velocity_meters_per_second",
+    "max_acceleration_meters_per_second_squared",
+    "max_angular_velocity_radians_per_second",
+)
 TIME_LAWS = EnumTable(TimeLaw, motion_pb2.TimeLaw)
 POINT = Pair(_point, vector_message)
 POSE_GOAL = _goals(Table(PoseGoal, motion_pb2.PoseGoal))

@@ -29,6 +29,7 @@ class Linear(PathMove):
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
+    max_angular_velocity: float = 0.0
     redundancy: Redundancy = FREE
     until: Condition | None = None
     time_law: TimeLaw = TimeLaw.JERK_LIMITED

@@ -9,6 +9,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
+from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.planning.free_joints import cartesian_tcp
 from virtualrobot_kernel.planning.moves.move import Move
@@ -28,6 +29,7 @@ class PathMove(Move):
     speed_factor: float
     max_velocity: float
     max_acceleration: float
+    max_angular_velocity: float
     redundancy: Redundancy
     time_law: TimeLaw
 
@@ -49,6 +51,9 @@ class PathMove(Move):
         """True: a path of a tool centre point needs the kinematics component."""
         return True
 
+    def _cartesian_limits(self) -> CartesianLimits:
+        return cartesian_limits(self.max_velocity, self.max_acceleration, self.max_angular_velocity)
+
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
         """Return the joints of the arm that are not locked."""
         return arm_on_path(snapshot, self.node(snapshot), self.redundancy, self.group).joint_names
@@ -60,7 +65,7 @@ class PathMove(Move):
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         planner = self.planner(snapshot, inverse(snapshot.world_t(arm.base)))
         tcp = cartesian_tcp(snapshot, arm, solver_of, self.redundancy, near_of)
-        cartesian, factor = cartesian_limits(self.max_velocity, self.max_acceleration), self.speed_factor or 1.0
+        cartesian, factor = self._cartesian_limits(), self.speed_factor or 1.0
         plan = planner(
             kinematics=tcp.kinematics,
             q_start=start,
@@ -82,7 +87,7 @@ class PathMove(Move):
             lambda reference_t_start: self.path_from(snapshot, reference_t_start),
             snapshot.structure.node(self.path_reference).uid,
             self.moving_reference is not None,
-            cartesian_limits(self.max_velocity, self.max_acceleration),
+            self._cartesian_limits(),
             self.speed_factor or 1.0,
             solver_of,
         )

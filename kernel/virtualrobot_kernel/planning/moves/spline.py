@@ -26,6 +26,7 @@ class Spline(PathMove):
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
+    max_angular_velocity: float = 0.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
 

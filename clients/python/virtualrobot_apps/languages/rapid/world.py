@@ -29,6 +29,8 @@ ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
 WIDER, LONGEST_LEAD = 1.2, 5.0
 """Factor by which a zone may begin sooner than its radius says; time (s) before which nothing goes on for it."""
+TURNING, SLOWEST_TURN = math.radians(500.0), math.radians(1e-3)
+"""Angular velocity (rad/s) of v_ori in all speed data of ABB, and the least one that is given to the kernel."""
 SHORTEST_ARC = 1e-3
 """Distance (m) to its end below which what is left of an arc after a search is made as a line."""
 _CAN_NOT = (UnreachableError, LimitError, SingularityError)
@@ -69,6 +71,7 @@ class World(Placed):
     ) -> None:
         """Take a robot as `Placed` does."""
         super().__init__(client, robot, say, external)
+        self._turning = TURNING
         self._levels: list[tuple[np.ndarray | None, Matrix | None, np.ndarray, list[Any]]] = []
 
     @contextmanager
@@ -248,7 +251,13 @@ class World(Placed):
         """Return the options of a line or arc in a frame, at a speed (m/s)."""
         acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
         moving = {"moving": True} if on.turned is not None else {}
-        return {"reference": on.reference, "velocity": velocity, "acceleration": acceleration, **moving}
+        return {
+            "reference": on.reference,
+            "velocity": velocity,
+            "acceleration": acceleration,
+            "angular_velocity": self._turning,
+            **moving,
+        }
 
     def _robot_now(self) -> Matrix:
         """Return where the tool centre point is, in the frame of the base."""
@@ -281,19 +290,25 @@ class World(Placed):
         return wanted
 
     def velocity(self, pose: Matrix, speed: list[float], via: np.ndarray | None, start: Matrix | None = None) -> float:
-        """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori, or as `seconds` says."""
+        """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori, or as `seconds` says.
+
+        How fast the tool turns on the spot is remembered.
+        """
         start = self.place_now() if start is None else start
+        angle, slowest = turn_between(start, pose), math.radians(max(speed[1] * self.speed_share, 1e-3))
+        self._turning = slowest
         if via is None:
             length = float(np.linalg.norm(pose[:3, 3] - start[:3, 3]))
         else:
             length = float(np.linalg.norm(via - start[:3, 3]) + np.linalg.norm(pose[:3, 3] - via))
+        if self.seconds is not None:
+            self._turning = max(angle / self.seconds, SLOWEST_TURN)
         if self.seconds is not None and length > 1e-6:
             if via is not None:
                 with suppress(ValueError):  # three points on one line, which the kernel refuses
                     length = Arc(start[:3, 3], via, pose[:3, 3]).length
             return length / self.seconds
-        angle, velocity = turn_between(start, pose), self._speed(speed)
-        slowest = math.radians(max(speed[1], 1e-3))
+        velocity = self._speed(speed)
         return velocity if angle * velocity <= slowest * length or length < 1e-6 else slowest * length / angle
 
     def joint_factor(self, start: np.ndarray, goal: np.ndarray, speed: list[float]) -> float:

@@ -264,9 +264,8 @@ class _Resolver:
             places.append(at)
             spec.steps.add().CopyFrom(step)
             if _moves(step):
-                spec.steps[-1].move.ClearField("blend_distance_meters")
-                spec.steps[-1].move.ClearField("blend_percent")
-                spec.steps[-1].move.ClearField("blend_radius")
+                for zone in ("blend_distance_meters", "blend_percent", "blend_radius"):
+                    spec.steps[-1].move.ClearField(zone)
                 spec.steps.add().dwell.seconds = REST_SECONDS
                 places.append(at)
         said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
@@ -374,6 +373,8 @@ class _Resolver:
         wish: Any = move.linear if kind == "linear" else move.circular
         speed = share * (wish.max_velocity_meters_per_second or VELOCITY)
         acceleration = wish.max_acceleration_meters_per_second_squared or ACCELERATION
+        if wish.max_angular_velocity_radians_per_second:
+            self._note(f"step {at}: how fast the tool may turn on its way is not written yet")
         goal = self._goal(at, wish.goal, ways[-1], poses[-1])
         if kind == "linear":
             return Line(goal, speed, acceleration, zone)
