@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from contextlib import aclosing
 
 from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
+from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.convert.view import changed_settings, node_point, view_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.model_pictures import ModelPictures
+from virtualrobot_kernel.api.viewers import Viewers
 from virtualrobot_kernel.drawing.renderer import Picked, Renderer
 from virtualrobot_kernel.messages.values import stamp, vector_message
 from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
@@ -25,6 +28,7 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
         """Serve from the kernel."""
         self._kernel = kernel
         self._models = ModelPictures(kernel)
+        self._viewers = Viewers()
 
     async def GetView(self, request: view_pb2.GetViewRequest, context: object) -> view_pb2.GetViewResponse:
         """Tell the set-up."""
@@ -73,6 +77,16 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
         points = _points(request, self._kernel.world.snapshot)
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             yield view_pb2.WatchPointDistanceResponse(stamp=stamp(snapshot), distance=_distance(snapshot, *points))
+
+    async def MeetViewers(
+        self, request_iterator: AsyncIterator[view_pb2.MeetViewersRequest], context: object
+    ) -> AsyncIterator[view_pb2.MeetViewersResponse]:
+        """Tell the heads of other people, and them that of this one."""
+        async with aclosing(
+            self._viewers.meet(request_iterator, person(context), self._kernel.publications)
+        ) as responses:
+            async for response in responses:
+                yield response
 
 
 def _points(

@@ -21,7 +21,7 @@ EYES = 1.6
 """Height of the head (m)."""
 AHEAD = 1.5
 """Distance before a person at which the page puts the chosen robot (m)."""
-PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.3), (768, 480)
+PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.35), (768, 560)
 """Place at which the page hangs its panel in the room (m), and its size (m, pixels)."""
 BUTTONS = {
     "hold": (250, 300),
@@ -32,6 +32,9 @@ BUTTONS = {
     "lead": (443, 410),
     "register": (564, 410),
     "leave": (685, 410),
+    "smaller": (140, 506),
+    "life": (382, 506),
+    "larger": (624, 506),
 }
 """The middles of the panel's buttons, pixels from the left and from above."""
 
@@ -72,11 +75,13 @@ class Person:
     def __init__(self, page: Page, base: Sequence[float], *, by_hand: bool) -> None:
         """Stand before a robot whose base is there, and look along the world's y.
 
-        `heading` (rad) is how far to the left the person has turned by a stick since then.
+        `heading` (rad) is how far to the left the person has turned by a stick since then, `scale` the meters of the
+        world for each of the room, by which the base stays where it is seen.
         """
         self.page = page
         self.base = np.asarray(base, float)
         self.heading = 0.0
+        self.scale = 1.0
         self.by_hand = by_hand
         page.evaluate(f"headset.primaryInputMode = '{'hand' if by_hand else 'controller'}'")
 
@@ -91,7 +96,8 @@ class Person:
 
     def room(self, point: Sequence[float] | np.ndarray) -> list[float]:
         """Return a point of the world in the room; the base was ahead before the person turned or walked."""
-        right, ahead, up = self.turned(np.asarray(point, float) - [self.base[0], self.base[1] - AHEAD, 0.0])
+        standing = np.array([0.0, AHEAD, self.base[2]])
+        right, ahead, up = self.turned(standing + (np.asarray(point, float) - self.base) / self.scale)
         return [right, up, -ahead]
 
     def turned(self, way: Sequence[float] | np.ndarray) -> list[float]:
@@ -128,7 +134,7 @@ class Person:
 
     def move(self, way: Sequence[float] | np.ndarray, steps: int = 3) -> None:
         """Move the hand along a way of the world, m."""
-        here, (right, ahead, up) = self._get(), self.turned(way)
+        here, (right, ahead, up) = self._get(), self.turned(np.asarray(way, float) / self.scale)
         for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
             self._put(list(np.asarray(here) + part * np.array([right, up, -ahead])))
             self.frames(1)

@@ -1,4 +1,4 @@
-"""Small meshes for headsets in the console's page."""
+"""What people with headsets share: the meshes of their pages are small, and they see one another."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 import virtualrobot
 from PIL import Image
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 from virtualrobot import Client
 from virtualrobot.kernel_process import KernelProcess
 
+from tests.api.asking import IIWA, PANDA
+from tests.api.reading import matrix
 from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened
 from tests.apps.console.consoles import Console
-from tests.apps.console.headsets import EMULATOR, IWER
+from tests.apps.console.headsets import EMULATOR, IWER, in_room
 from tests.kernels import Stubs
+from tests.waiting import until
 
 pytestmark = [pytest.mark.long, *needs_page]
 
-PANDA = "package://pybullet_data/franka_panda/panda.urdf"
 
 RECEIVED = """
 window.received = 0;
@@ -65,3 +67,46 @@ def test_a_headsets_page_gets_small_meshes_that_look_the_same(
     off = np.abs(pictures[0] - pictures[1]).max(axis=2)
     assert np.ptp(pictures[0][:, 200:300]) > 150.0  # the robot, and its dark rings
     assert (off > 60.0).sum() < 120  # of the 2,500 pixels that it covers
+
+
+def head_pixels(page: Page) -> int:
+    """Return how many pixels in the middle of what a headset shows are as teal as a head."""
+    data = page.locator("[data-webxr_runtime] canvas").last.screenshot()
+    picture = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), float)
+    high, wide = picture.shape[:2]
+    middle = picture[high // 3 : -high // 3, wide // 3 : -wide // 3]
+    red, green, blue = np.moveaxis(middle, 2, 0)
+    return int(np.count_nonzero((np.minimum(green, blue) > 1.6 * red) & (green > 70.0)))
+
+
+def test_two_people_in_the_room_see_each_other(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
+    """One goes 0.7 m ahead and turns around: both look into each other's face, until one has gone.
+
+    Where the heads are is read by a third client: people begin 1.5 m before the robot, and look along the world's y.
+    """
+    client.load_robot(IIWA, name="arm")
+    watch = stepped.view.MeetViewers(iter(()))
+    with in_room(browser, console, "arm", mode="Virtual reality") as one:
+        alone = head_pixels(one.page)  # the axes of the tool
+        with in_room(browser, console, "arm", mode="Virtual reality") as other:
+            other.page.evaluate("headset.position.set(0, 1.6, -0.7); headset.quaternion.set(0, 1, 0, 0);")
+            other.frames(5)
+            places = {(0.0, -1.5, 1.6): (0.0, 1.0, 0.0), (0.0, -0.8, 1.6): (0.0, -1.0, 0.0)}
+
+            def are_there() -> bool:
+                heads = [matrix(viewer.world_t_head) for viewer in next(watch).viewers]
+                found = {
+                    tuple(np.round(head[:3, 3], 3) + 0.0): tuple(np.round(-head[:3, 2], 3) + 0.0) for head in heads
+                }
+                return found == places
+
+            until(are_there)
+            for person in (one, other):
+                person.frames(5)
+                until(lambda person=person: head_pixels(person.page) > alone + 100)
+        one.frames(5)
+        until(lambda: head_pixels(one.page) <= alone)
+        until(lambda: len(next(watch).viewers) == 1)
+    watch.cancel()

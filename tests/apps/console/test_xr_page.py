@@ -58,6 +58,13 @@ HANG = (
     """(ms) => { setTimeout(() => { for (const begin = performance.now(); performance.now() < begin + ms; ); }, 0); }"""
 )
 
+STRETCH = """(part) => {
+  for (const [side, sign] of [["left", -1], ["right", 1]]) {
+    headset.controllers[side].position.set(sign * part, 1.2, -0.3);
+    headset.controllers[side].updateButtonValue("squeeze", 1);
+  }
+}"""
+"""Squeezes both controllers, each so far (m) to its side."""
 
 CAMERA_T_MARKER = virtualrobot.pose(0.15, -0.1, 1.2, roll=2.6, pitch=0.2, yaw=0.4)
 WORLD_T_MARKER = virtualrobot.pose(0.7, 0.2, 0.4, roll=0.5, yaw=-0.8)
@@ -225,6 +232,50 @@ def test_a_person_in_virtual_reality_turns_and_walks(
         person.pull()
         until(lambda: is_in(stepped, SUCCEEDED, person))
     np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], tcp + WAY, atol=FLOAT32)
+
+
+def hold_to_the_end(person: Person, stubs: Stubs) -> None:
+    """Hold what is proposed until it is done; a page too slow for its beats has let go, and is pressed anew."""
+    person.point("hold")
+
+    def is_done() -> bool:
+        person.pull(0)
+        person.pull(1)
+        return is_in(stubs, SUCCEEDED, person)
+
+    until(is_done)
+    person.pull(0)
+
+
+def test_goals_are_where_they_are_shown_in_every_size(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
+    """At 1:5 and 2:1 hands move a fifth of the tool's way, and twice as far; hands twice as far apart make 1:2.5."""
+    with in_room(browser, console, "arm") as person:
+        for button, presses, words, scale in (("smaller", 2, "1:5", 5.0), ("larger", 3, "2:1", 0.5)):
+            for _ in range(presses):
+                person.press(button)
+            expect(person.told).to_contain_text(words)
+            person.scale = scale
+            goal = propose(person, client)
+            hold_to_the_end(person, stepped)
+            np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], goal, atol=FLOAT32 * max(scale, 1.0))
+            person.press("reject")
+            client.robot("arm").set_positions(HERE)
+        for _ in range(3):
+            person.press("smaller")
+        for part in (0.1, 0.2):
+            person.page.evaluate(STRETCH, part)
+            person.frames(5)
+        expect(person.told).to_contain_text("1:2.5")
+        person.page.evaluate("headset.controllers.left.updateButtonValue('squeeze', 0)")
+        person.squeeze(0)
+        person.press("life")
+        expect(person.told).not_to_contain_text("1:2.5")
+        person.scale = 1.0
+        goal = propose(person, client)
+        hold_to_the_end(person, stepped)
+        np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], goal, atol=FLOAT32)
 
 
 def test_what_is_rejected_ends_and_what_is_undone_is_as_before(person: Person, stepped: Stubs, client: Client) -> None:

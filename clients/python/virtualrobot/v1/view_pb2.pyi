@@ -316,3 +316,29 @@ class WatchPointDistanceResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     distance: PointDistance
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., distance: _Optional[_Union[PointDistance, _Mapping]] = ...) -> None: ...
+
+class MeetViewersRequest(_message.Message):
+    __slots__ = ("world_t_head", "scale")
+    WORLD_T_HEAD_FIELD_NUMBER: _ClassVar[int]
+    SCALE_FIELD_NUMBER: _ClassVar[int]
+    world_t_head: _geometry_pb2.Pose
+    scale: float
+    def __init__(self, world_t_head: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., scale: _Optional[float] = ...) -> None: ...
+
+class Viewer(_message.Message):
+    __slots__ = ("id", "name", "world_t_head", "scale")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_HEAD_FIELD_NUMBER: _ClassVar[int]
+    SCALE_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    name: str
+    world_t_head: _geometry_pb2.Pose
+    scale: float
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., world_t_head: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., scale: _Optional[float] = ...) -> None: ...
+
+class MeetViewersResponse(_message.Message):
+    __slots__ = ("viewers",)
+    VIEWERS_FIELD_NUMBER: _ClassVar[int]
+    viewers: _containers.RepeatedCompositeFieldContainer[Viewer]
+    def __init__(self, viewers: _Optional[_Iterable[_Union[Viewer, _Mapping]]] = ...) -> None: ...

@@ -80,6 +80,11 @@ class ViewServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.FromString,
                 _registered_method=True)
+        self.MeetViewers = channel.stream_stream(
+                '/virtualrobot.v1.ViewService/MeetViewers',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.FromString,
+                _registered_method=True)
 
 
 class ViewServiceServicer(object):
@@ -150,6 +155,14 @@ class ViewServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def MeetViewers(self, request_iterator, context):
+        """People who stand in the cell with headsets see one another: tells where a head is, as often as it moves, and is told
+        where those of the others are, at most 20 times a second. A head is gone when its stream has ended, or its requests.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_ViewServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -197,6 +210,11 @@ def add_ViewServiceServicer_to_server(servicer, server):
                     servicer.WatchPointDistance,
                     request_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.SerializeToString,
+            ),
+            'MeetViewers': grpc.stream_stream_rpc_method_handler(
+                    servicer.MeetViewers,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -443,6 +461,33 @@ class ViewService(object):
             '/virtualrobot.v1.ViewService/WatchPointDistance',
             virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.SerializeToString,
             virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def MeetViewers(request_iterator,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.stream_stream(
+            request_iterator,
+            target,
+            '/virtualrobot.v1.ViewService/MeetViewers',
+            virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.FromString,
             options,
             channel_credentials,
             insecure,

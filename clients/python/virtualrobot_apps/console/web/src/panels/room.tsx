@@ -2,6 +2,7 @@
 import { able, why, type Mode } from "../xr/support";
 import { enter, entered } from "../xr/session";
 import { cssOf, look } from "../xr/looks";
+import { scale, sizeWords } from "../xr/scale";
 import { Icon } from "../parts/icons";
 import { Invitation } from "./invitation";
 import { Phone } from "./phone";
@@ -49,7 +50,7 @@ export function InRoom() {
   return (
     <div class="float alone" role="status" id="room">
       <Icon name={ABOUT[room.mode][1]} size={16} color={cssOf(look.value.color)} />
-      <span class="cut"><b>{look.value.title}</b> {look.value.words}</span>
+      <span class="cut"><b>{look.value.title}</b> {look.value.words}{scale.value !== 1 && ` · ${sizeWords(scale.value)}`}</span>
       <button type="button" class="button small" title={`Leave ${ABOUT[room.mode][0].toLowerCase()}`} onClick={() => room.leave()}>Leave</button>
     </div>
   );

@@ -11,6 +11,7 @@ import { Gizmo } from "./gizmo";
 import { drawAxis } from "./jointing";
 import { NodeHandle } from "./node_handle";
 import { Names, namesShown } from "./names";
+import { drawHeads } from "./heads";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { drawSwept } from "./postures";
@@ -63,6 +64,7 @@ export class Viewport {
     drawSpans(this);
     drawSwept(this);
     drawAxis(this);
+    drawHeads(this);
     effect(() => {
       this.stage.setTheme(theme.value);
       this.invalidate();

@@ -29,10 +29,18 @@ export class Handle {
   #axes = new AxesHelper(AXES_METERS);
   #taken?: Taken;
   #asked = new Matrix4();
+  #scale = 1;
 
   constructor() {
     this.group.add(this.#ball, this.#axes);
     this.group.matrixAutoUpdate = false;
+  }
+
+  /** Has as many meters of the world as there are for each of the room: it is as large, and as easily taken, in each size of the cell. */
+  set scale(meters: number) {
+    this.#scale = meters;
+    this.#ball.scale.setScalar(meters);
+    this.#axes.scale.setScalar(meters);
   }
 
   /** The hand that has taken it. */
@@ -44,8 +52,8 @@ export class Handle {
   take(source: XRInputSource, grip: Matrix4 | undefined, ray: Matrix4 | undefined): boolean {
     if (this.#taken || proposal.isBegun || !this.group.visible) return false;
     const here = new Vector3().setFromMatrixPosition(this.group.matrix);
-    const isNear = grip && new Vector3().setFromMatrixPosition(grip).distanceTo(here) < REACH_METERS;
-    const by = isNear ? "grip" : ray && rayOf(ray).intersectsSphere(new Sphere(here, AIM_METERS)) ? "ray" : undefined;
+    const isNear = grip && new Vector3().setFromMatrixPosition(grip).distanceTo(here) < REACH_METERS * this.#scale;
+    const by = isNear ? "grip" : ray && rayOf(ray).intersectsSphere(new Sphere(here, AIM_METERS * this.#scale)) ? "ray" : undefined;
     const from = by && { grip, ray }[by];
     if (!by || !from) return false;
     this.#taken = { source, by, offset: from.clone().invert().multiply(this.group.matrix), trail: [] };

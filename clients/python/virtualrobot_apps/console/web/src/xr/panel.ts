@@ -7,15 +7,16 @@ import { fixed, positionOf } from "../parts/numbers";
 import { beforeHead } from "./rig";
 import { cssOf, look } from "./looks";
 import { proposal, type Phase } from "./proposal";
+import { scale, sizeWords } from "./scale";
 import { leads } from "./teleop";
 
-export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "lead" | "register" | "leave";
+export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "lead" | "register" | "leave" | "smaller" | "life" | "larger";
 
 /** Right of, ahead of and above the head, m. */
 const PLACE = [0.35, 0.8, -0.25] as const;
 /** A person who has gone so far away (m) takes it along. */
 const FAR_METERS = 1.6;
-const SIZE = { meters: [0.48, 0.3], pixels: [768, 480] } as const;
+const SIZE = { meters: [0.48, 0.35], pixels: [768, 560] } as const;
 
 /** Left, top, width, height in pixels. */
 type Area = readonly [number, number, number, number];
@@ -29,8 +30,11 @@ const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] =
   ["lead", [387, 364, 112, 92], GREY],
   ["register", [508, 364, 112, 92], GREY],
   ["leave", [629, 364, 112, 92], GREY],
+  ["smaller", [24, 472, 233, 68], GREY],
+  ["life", [266, 472, 233, 68], GREY],
+  ["larger", [508, 472, 233, 68], GREY],
 ];
-const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", lead: "Lead", register: "Register", leave: "Leave" };
+const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", lead: "Lead", register: "Register", leave: "Leave", smaller: "Smaller", life: "Life size", larger: "Larger" };
 const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
 const MOST_LINES = 3;
 const FONT = "Inter Variable, sans-serif";
@@ -77,7 +81,7 @@ export class Panel {
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     const where = positionOf(pose).map((value, place) => `${"XYZ"[place]} ${fixed(1000 * value, 0)}`).join("  ");
     const robot = `${chosen.peek()}  ${where} mm`;
-    const told = JSON.stringify([title, words, robot, [...pointed].sort(), held, leads.peek(), stopping.peek()]);
+    const told = JSON.stringify([title, words, robot, [...pointed].sort(), held, leads.peek(), stopping.peek(), scale.peek()]);
     if (told === this.#drawn) return;
     this.#drawn = told;
     const pen = this.#canvas.getContext("2d")!, [width, height] = SIZE.pixels;
@@ -96,7 +100,7 @@ export class Panel {
         pen.stroke();
       }
       pen.textAlign = "center";
-      const name = press === "stop" && stopping.peek() === "stopped" ? "STOPPED" : NAMES[press];
+      const name = press === "stop" && stopping.peek() === "stopped" ? "STOPPED" : press === "life" && scale.peek() !== 1 ? sizeWords(scale.peek()) : NAMES[press];
       write(pen, name, left + wide / 2, top + high / 2 + 12, `600 ${wide < 120 ? 25 : 30}px ${FONT}`, "#ffffff");
       pen.textAlign = "left";
     }

@@ -25,11 +25,11 @@ export class Pointers {
     this.group.add(this.#rays, this.#cubes);
   }
 
-  /** Shows these, whose poses are in the world. */
-  show(pointers: readonly Pointer[]): void {
+  /** Shows these, whose poses are in the world, with so many meters of it for each of the room. */
+  show(pointers: readonly Pointer[], scale: number): void {
     const position = this.#rays.geometry.getAttribute("position"), from = new Vector3(), to = new Vector3();
     const rays = pointers.filter(({ ray }) => ray).slice(0, MOST), grips = pointers.flatMap(({ grip }) => grip ?? []).slice(0, MOST);
-    rays.forEach(({ ray, distance = LONG_METERS }, place) => {
+    rays.forEach(({ ray, distance = LONG_METERS * scale }, place) => {
       from.setFromMatrixPosition(ray!);
       to.set(0, 0, -1).transformDirection(ray!).multiplyScalar(distance).add(from);
       position.setXYZ(2 * place, ...from.toArray()).setXYZ(2 * place + 1, ...to.toArray());

@@ -4,6 +4,7 @@ import { Group, Matrix4, PerspectiveCamera, Vector3, type Object3D } from "three
 import { say } from "../kernel/messages";
 import { teach } from "../kernel/orders";
 import { stop } from "../kernel/stop";
+import { showHead } from "../kernel/viewers";
 import { chosen } from "../kernel/world";
 import { tool } from "../view/gizmo";
 import type { Room, Viewport } from "../view/viewport";
@@ -15,6 +16,7 @@ import { Pointers } from "./pointers";
 import { proposal } from "./proposal";
 import { registration } from "./registration";
 import { roomInWorld, walked } from "./rig";
+import { resized, scale, scaleOf, stepFrom, Stretch } from "./scale";
 import { ShownWay } from "./shown_way";
 import { reasonOf, type Mode } from "./support";
 import { leads, teleop } from "./teleop";
@@ -72,7 +74,10 @@ export class Immersion implements Room {
   #handle = new Handle();
   #way: ShownWay;
   #cell: DrawnCell;
+  #stretch = new Stretch();
   #isPlaced = false;
+  /** How the room lay in the world before the cell had another size. */
+  #lifeSize?: Matrix4;
   /** What was pressed in the frame before, of each source. */
   #before = new Map<XRInputSource, Buttons>();
   /** Whose trigger holds the motion. */
@@ -116,13 +121,16 @@ export class Immersion implements Room {
     const head = space && frame.getViewerPose(space);
     if (!space || !head) return this.#letGo();
     this.#place(new Matrix4().fromArray(head.transform.matrix));
-    const hands = frame.session.visibilityState === "visible" ? readHands(frame, space).map((one) => this.#near(one)) : [];
+    const seen = frame.session.visibilityState === "visible" ? readHands(frame, space) : [];
+    this.#resize(seen);
+    const hands = seen.map((one) => this.#near(one));
     this.#act(hands, now, seconds);
     if (this.mode === "immersive-vr") this.#walk(hands, new Matrix4().fromArray(head.transform.matrix), seconds);
     this.#handle.follow();
+    showHead(this.#rig.matrix.clone().multiply(new Matrix4().fromArray(head.transform.matrix)), scale.peek());
     this.#way.advance();
     this.#cell.advance();
-    this.#pointers.show(hands);
+    this.#pointers.show(hands, scale.peek());
     this.#panel.draw(new Set(hands.flatMap(({ pointed }) => pointed ?? [])), this.#holder !== undefined);
     renderer.autoClear = true;
     renderer.render(scene, this.#camera);
@@ -150,7 +158,9 @@ export class Immersion implements Room {
     registration.stop();
     proposal.leave("the person has left the room");
     leads.value = false;
+    scale.value = 1;
     entered.value = undefined;
+    showHead(undefined);
     this.dispose();
   };
 
@@ -178,7 +188,7 @@ export class Immersion implements Room {
       const pulled = hand.trigger && !before.trigger, squeezed = hand.squeeze && !before.squeeze;
       if (pulled && hand.pointed) this.#press(hand.pointed, source);
       else if (pulled && hand.tip && registration.next.peek()) void this.#touch(hand.tip);
-      else if (pulled || squeezed) this.#handle.take(source, hand.grip, hand.ray);
+      else if (pulled || (squeezed && hands.filter(({ squeeze }) => squeeze).length === 1)) this.#handle.take(source, hand.grip, hand.ray);
       if (hand.back && !before.back) proposal.reject();
       const [right] = hand.stick;
       if (Math.abs(right) > DEAD_STICK && !this.#walks(source)) proposal.scrub((right * seconds) / SCRUB_SECONDS);
@@ -192,6 +202,35 @@ export class Immersion implements Room {
     else this.#unhold();
   }
 
+  /** Has two hands that squeeze, and don't hold the ball, take the cell to another size and place. */
+  #resize(hands: readonly Hand[]): void {
+    const grips = hands.flatMap(({ squeeze, grip }) => (squeeze && grip ? [grip] : []));
+    const world_t_room = this.#stretch.follow(this.#handle.source ? [] : grips, this.#rig.matrix);
+    if (world_t_room) this.#lay(world_t_room);
+  }
+
+  /** Takes the cell to another size, by which the chosen robot stays where it is seen. */
+  #step(press: "smaller" | "larger" | "life"): void {
+    const meters = press === "life" ? 1 : stepFrom(scale.peek(), press === "larger");
+    if (this.#handle.source || meters === scale.peek()) return;
+    if (meters === 1 && this.mode === "immersive-ar" && this.#lifeSize) return this.#lay(this.#lifeSize);
+    const base = new Vector3().setFromMatrixPosition(this.view.solids.places.get(chosen.peek()) ?? new Matrix4());
+    const world_t_room = resized(this.#rig.matrix, meters, base.clone().applyMatrix4(this.#rig.matrix.clone().invert()), base);
+    // In life size both floors are one.
+    if (meters === 1) world_t_room.elements[14] = 0;
+    this.#lay(world_t_room);
+  }
+
+  /** Lays the room into the world. */
+  #lay(world_t_room: Matrix4): void {
+    if (scale.peek() === 1) this.#lifeSize = this.#rig.matrix.clone();
+    this.#rig.matrix.copy(world_t_room);
+    this.#rig.updateMatrixWorld(true);
+    // Life size to a part in 1e9 is life size.
+    scale.value = Math.abs(scaleOf(world_t_room) - 1) < 1e-9 ? 1 : scaleOf(world_t_room);
+    this.#handle.scale = scale.peek();
+  }
+
   #walks({ handedness }: XRInputSource): boolean {
     return this.mode === "immersive-vr" && handedness === "left";
   }
@@ -202,7 +241,7 @@ export class Immersion implements Room {
     const leaned = Math.abs(turner[0]) > TURN_STICK && !proposal.way.peek() ? Math.sign(turner[0]) : 0;
     const turn = this.#leaned ? 0 : -leaned * TURN;
     this.#leaned = leaned;
-    const [right, ahead] = walker.map((value) => (Math.abs(value) > DEAD_STICK ? value * WALK_SPEED * seconds : 0));
+    const [right, ahead] = walker.map((value) => (Math.abs(value) > DEAD_STICK ? value * WALK_SPEED * seconds * scale.peek() : 0));
     if (turn || right || ahead) this.#rig.matrix.copy(walked(this.#rig.matrix, room_t_head, turn, right, ahead));
   }
 
@@ -214,13 +253,14 @@ export class Immersion implements Room {
     else if (press === "teach") void teach(chosen.peek());
     else if (press === "lead") teleop.toggle();
     else if (press === "register") registration.begin();
+    else if (press === "smaller" || press === "larger" || press === "life") this.#step(press);
     else this.leave();
   }
 
   /** Lays the room into the world as it was touched. */
   async #touch(tip: Vector3): Promise<void> {
     const world_t_room = await registration.touch(tip);
-    if (world_t_room) this.#rig.matrix.copy(world_t_room);
+    if (world_t_room) this.#lay(world_t_room);
   }
 
   #unhold(): void {
