@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from click.testing import CliRunner
+from virtualrobot.errors import WrongStateError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.seeing.navigation import floors, journeys
 from virtualrobot_apps.seeing.navigation.command import navigate
@@ -98,6 +99,17 @@ def test_the_command_writes_no_map_that_cannot_be(kernel: KernelProcess, tmp_pat
     assert done.exit_code == 2 and "ends in .yaml, not 'floor.png'" in done.output
     done = CliRunner().invoke(navigate, ["go", ROBOT, str(tmp_path / "none.yaml"), "--to", "1", "0", *address])
     assert done.exit_code and "there is no map" in str(done.exception)
+    done = CliRunner().invoke(navigate, ["explore", "nobody", str(tmp_path / "floor.yaml"), *address])
+    assert done.exit_code and "there is no robot named 'nobody'" in str(done.exception)
+
+
+def test_there_is_no_map_where_nothing_stands(client: virtualrobot.Client) -> None:
+    """Scans come and have no echo: that is told, and not that none comes."""
+    placed(client, [], np.array(floors.START))
+    client.scene.remove(floors.NODE)
+    vehicle = Vehicle(client, ROBOT, *sensors_of(client, ROBOT))
+    with pytest.raises(WrongStateError, match="hardly an echo"):
+        journeys.explore(client, vehicle, np.array(floors.START))
 
 
 def test_twists_are_as_slow_as_the_drives_of_a_vehicle(client: virtualrobot.Client) -> None:

@@ -149,6 +149,26 @@ def test_a_vehicle_that_is_carried_elsewhere_finds_its_place_again(rng: np.rando
     assert any(one.startswith("knows its place again: (3.") for one in carried.told), carried.told
 
 
+def test_a_wrong_place_to_begin_with_leaves_no_way_behind(rng: np.random.Generator) -> None:
+    """It thinks that it is beyond the partition, is found before it, and goes around."""
+    walls = [*room(4.0, 3.0), Box(2.0, 0.6, 0.1, 1.2, 1.0, "#fff"), Box(3.6, 2.75, 0.8, 0.5, 1.0, "#fff")]
+    walls.append(Box(0.3, 2.4, 0.6, 0.4, 1.0, "#fff"))
+    wrong = vehicle(known(walls, 4.0, 3.0), (3.5, 0.5, 0.0), Goal(3.0, 0.6), BEHIND)
+    wrong.pose = np.array([0.7, 0.7, 0.0])
+    assert drive([wrong], lambda time: walls, rng) > 0.0
+    assert wrong.navigator.reached and distance(wrong.pose, (3.0, 0.6)) < 0.2, wrong.told
+    assert any(one.startswith("knows its place again: (0.") for one in wrong.told), wrong.told
+
+
+def test_where_the_lidar_sees_nothing_it_says_so(rng: np.random.Generator) -> None:
+    """In the middle of a hall walls are out of reach."""
+    walls = room(12.0, 12.0)
+    ugv = vehicle(known(walls, 12.0, 12.0), (6.0, 6.0, 0.0), Goal(6.8, 6.0))
+    drive([ugv], lambda time: walls, rng)
+    assert ugv.navigator.reached
+    assert ugv.told[0] == "sees nothing in the lidar's reach: goes on by odometry alone"
+
+
 @pytest.mark.parametrize("sonars", [0, 3])
 def test_what_lies_below_the_lidar_is_heard(sonars: int, rng: np.random.Generator) -> None:
     """A flat box in the way, which the lidar's rays pass above: only with sonars, as of the UGV, it is gone around."""

@@ -53,7 +53,11 @@ def explore(
         while mapper.grid.log_odds.size == 0:
             loop.period()
             if navigator.last_time - loop.begun > 5.0:
-                raise WrongStateError(f"no scan of {vehicle.lidar!r} has come for 5 s")
+                raise WrongStateError(
+                    f"no scan of {vehicle.lidar!r} has come for 5 s"
+                    if not loop.scanned
+                    else f"the scans of {vehicle.lidar!r} have hardly an echo: nothing stands in its reach to be mapped"
+                )
         while (goal := explorer.next()) is not None and navigator.last_time - loop.begun < longest:
             navigator.go(goal)
             while navigator.end is None:
@@ -102,11 +106,12 @@ class _Loop:
     def __init__(self, drive: Drive, vehicle: Vehicle, navigator: Navigator, watch: Watch, pace: float) -> None:
         self._drive, self._name, self._navigator, self._watch = drive, vehicle.name, navigator, watch
         self._pace, self._periods = Pace(pace), 0
-        self._twist = (0.0, 0.0)
+        self._twist, self.scanned = (0.0, 0.0), False
         self.begun = drive.client.clock.read().stamp.simulation_time
 
     def period(self) -> None:
         seen: Observation = self._drive.step({self._name: self._twist})[self._name]
+        self.scanned |= seen.scan is not None
         self._twist = self._navigator.step(seen)
         self._watch(self._navigator.pose)
         self._periods += 1

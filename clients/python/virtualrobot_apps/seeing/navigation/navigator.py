@@ -12,7 +12,8 @@ import numpy as np
 from virtualrobot_apps.seeing.navigation.following import Choice, Limits, Surroundings, ahead_of, choose, turning
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner
+from virtualrobot_apps.seeing.navigation.matching import FEWEST
+from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner, spaced
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -134,6 +135,7 @@ class Navigator:
         self._lost_since: float | None = None
         self._checked: tuple[float, Floats, Floats] | None = None
         self._doubted = (False, False)
+        self._blind = False
 
     def step(self, seen: Observation) -> tuple[float, float]:
         """Return the twist to drive now, v (m/s) and omega (rad/s)."""
@@ -182,9 +184,13 @@ class Navigator:
             return self._search(now)
         if self._lost_since is not None:
             self._tell(f"knows its place again: ({self.pose[0]:.2f}, {self.pose[1]:.2f})")
+            self.way = None
             self._begin(now)
         if (words := self._doubts(now)) is not None:
             self._tell(words)
+        blind, self._blind = self._blind, len(self._scan.points) < FEWEST
+        if self._blind and not blind:
+            self._tell("sees nothing in the lidar's reach: goes on by odometry alone")
         assert self.goal is not None
         left = distance(self.pose, (self.goal.x, self.goal.y))
         if left < REACHED_METERS:
@@ -258,7 +264,7 @@ class Navigator:
         before, self.way = self.way, planner.way(self.pose, np.array([self.goal.x, self.goal.y]))
         if before is None:
             return
-        rest = ahead_of(self.pose, before, math.inf)
+        rest = spaced(np.vstack([self.pose[:2], ahead_of(self.pose, before, math.inf)]))
         away = np.hypot(*(self.way[:, None] - rest).transpose(2, 0, 1)).min(axis=1).max()
         if away < OTHER_METERS:
             return

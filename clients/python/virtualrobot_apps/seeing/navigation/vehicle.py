@@ -136,7 +136,7 @@ class Drive:
 
 def sensors_of(client: Client, name: str) -> tuple[str, str]:
     """Return the lidar and the encoders that a robot has; raise UnknownNameError where that isn't one of each."""
-    found = {}
+    name, found = client.robots[name].name, {}
     for kind, word in (("range_sensor", "lidar"), ("motion_sensor", "encoders")):
         own = [one.name for one in client.scene.nodes(kind) if one.name.startswith(f"{name}.") and word in one.name]
         if len(own) != 1:
