@@ -54,6 +54,8 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
         ("RETURN 3;", "RETURN of a PROC takes no value"),
         ("SearchExtJ reg1;", "SearchExtJ can't be used here yet; see the table of what works"),
         ("PERS num p := 1;", "the persistent 'p' must be declared in the module"),
+        ("VAR num reg{1000,1001};", "an array has 1 to 1,000,000 elements, not 1000 times 1001"),
+        ("VAR num reg{0};", "an array has 1 to 1,000,000 elements, not 0"),
         ("VAR num reg{1,2,3,4};", "an array has at most 3 dimensions, and 'reg' has 4"),
         ("main := 3;", "'main' is a routine; a function is called with parentheses"),
         ("reg1 := ClkRead(clock1 \\HighRes);", "\\HighRes of ClkRead can't be used here yet"),

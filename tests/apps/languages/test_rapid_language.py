@@ -176,8 +176,8 @@ def test_an_error_without_a_handler_ends_the_program_with_its_line_and_the_way_t
     [
         ("VAR num a{3}; a{4} := 1;", "ERR_OUTOFBND: the index 4 is outside 1 to 3"),
         ("VAR num a{3}; reg1 := a{0};", "ERR_OUTOFBND: the index 0 is outside 1 to 3"),
-        ("VAR num a{1000001};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 1000001"),
-        ("VAR num a{10000,10000};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 10000 times 10000"),
+        ("VAR num a{1000000 + 1};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 1000001"),
+        ("VAR num a{10000,1E4 * 1};", "ERR_INVDIM: an array has 1 to 1,000,000 elements, not 10000 times 10000"),
         ("RAISE 91;", "ERR_ILLRAISE: RAISE takes a number from 1 to 90, or one of BookErrNo, not 91"),
         ('%"nowhere"%;', "ERR_REFUNKPRC: there is no procedure 'nowhere'"),
         ("reg1 := Sqrt(-1);", "ERR_ARGVALERR: -1 is outside its domain"),
@@ -189,6 +189,14 @@ def test_faults_of_a_running_program_have_names(statements: str, expected: str) 
     with pytest.raises(RapidStopped, match="test") as caught:
         main_prints(statements)
     assert str(caught.value).partition(": ")[2] == expected
+
+
+def test_a_fault_in_the_first_values_has_its_line() -> None:
+    program = loaded("MODULE Tried\n  VAR num a{1000 * 1001};\n  PROC main()\n  ENDPROC\nENDMODULE")
+    task = RapidTask(program)
+    with pytest.raises(RapidStopped) as caught:
+        task.cell.run()
+    assert str(caught.value) == "test.mod:2: ERR_INVDIM: an array has 1 to 1,000,000 elements, not 1001000"
 
 
 def test_a_string_has_80_characters_at_most() -> None:

@@ -138,7 +138,7 @@ class Cell:
         self._ended = {task.name.lower() for task in idle}
         for task in self.tasks.values():
             if not task.prepared:
-                task.prepare()
+                task.prepare_alone()
         errors: list[tuple[RapidTask, BaseException]] = []
 
         def run(task: RapidTask) -> None:

@@ -9,7 +9,7 @@ from virtualrobot_apps.languages.core.diagnostics import Diagnostics, did_you_me
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.meaning import Meaning
 from virtualrobot_apps.languages.rapid.symbols import Datum, ModuleScope, RoutineSymbol, Symbol, Use
-from virtualrobot_apps.languages.rapid.types import ANY, BOOL, NUM, STRING, Type, Types
+from virtualrobot_apps.languages.rapid.types import ANY, BOOL, NUM, STRING, Type, Types, no_array
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +171,9 @@ class Check(Meaning):
             self.expect(size, NUM, "the size of an array")
         if len(node.sizes) > 3:
             self.error(node.at, f"an array has at most 3 dimensions, and {node.name!r} has {len(node.sizes)}")
+        counts = [size.value for size in node.sizes if isinstance(size, tree.Number)]
+        if len(counts) == len(node.sizes) and (why := no_array(counts)):
+            self.error(node.at, why)
         if node.value is not None:
             self.expect(node.value, kind, f"the value of {node.name!r}")
         elif node.storage == "const":

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, Jump, ProgramEnded, RapidFault, RapidStopped, as_fault
 from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
+from virtualrobot_apps.languages.rapid.types import no_array
 
 RETRY, TRYNEXT = "retry", "trynext"
 
@@ -46,12 +47,9 @@ def array(sizes: list[float], one: Any) -> Any:  # noqa: ANN401 any value of RAP
     """Return an array whose elements are copies of one, 1,000,000 at most in all its dimensions together."""
     if not sizes:
         return copied(one)
-    counts = [math.floor(size + 0.5) for size in sizes]
-    count, together = counts[0], math.prod(counts)
-    if min(counts) < 1 or together > 1_000_000:
-        said = " times ".join(map(str, counts))
-        raise RapidFault("ERR_INVDIM", f"an array has 1 to 1,000,000 elements, not {said}")
-    return [array(sizes[1:], one) for _ in range(count)]
+    if why := no_array(sizes):
+        raise RapidFault("ERR_INVDIM", why)
+    return [array(sizes[1:], one) for _ in range(math.floor(sizes[0] + 0.5))]
 
 
 def sync_names(name: str, sizes: list[float]) -> Any:  # noqa: ANN401 a string, or an array of them

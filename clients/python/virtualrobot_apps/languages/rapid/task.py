@@ -268,6 +268,13 @@ class RapidTask(Task):
         self.cell.set_first_values(self.program.checked.data, set_all)
         self.prepared = True
 
+    def prepare_alone(self) -> None:
+        """Do so outside of a run, with an error as `run` tells it."""
+        try:
+            self.prepare()
+        except BaseException as error:
+            self._tell(error)
+
     def run(self, name: str = "main", forever: bool = False) -> None:
         """Run a procedure to its end, or again and again, and wait until the robot stands.
 

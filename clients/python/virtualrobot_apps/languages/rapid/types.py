@@ -5,6 +5,8 @@ Source of the records: ABB, *RAPID Reference Manual*, Data Types and System Data
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
@@ -105,3 +107,11 @@ def fits(value: Type, wanted: Type) -> bool:
     if value.dimensions != wanted.dimensions:
         return False
     return value.name == wanted.name or (value.name in SIGNALS and wanted.name == "num")
+
+
+def no_array(sizes: Sequence[float]) -> str:
+    """Return why an array can't have these sizes; nothing where it can."""
+    counts = [math.floor(size + 0.5) for size in sizes]
+    if not counts or (min(counts) >= 1 and math.prod(counts) <= 1_000_000):
+        return ""
+    return f"an array has 1 to 1,000,000 elements, not {' times '.join(map(str, counts))}"
