@@ -106,7 +106,7 @@ function MoveWords({ number, move: { robot, speedFactor, move } }: { number: num
     if (!goal) return;
     one.move = isLine
       ? { case: "pointToPoint", value: { $typeName: "virtualrobot.v1.PointToPoint", goal: { case: "pose", value: goal } } }
-      : { case: "linear", value: { $typeName: "virtualrobot.v1.Linear", goal, maxVelocityMetersPerSecond: 0, maxAccelerationMetersPerSecondSquared: 0 } };
+      : { case: "linear", value: { $typeName: "virtualrobot.v1.Linear", goal, maxVelocityMetersPerSecond: 0, maxAccelerationMetersPerSecondSquared: 0, maxAngularVelocityRadiansPerSecond: 0 } };
   });
   return (
     <>
