@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot_apps.emulators.body import Twin
@@ -24,6 +25,7 @@ _DOWN = """def down():
     speedl([0, 0, -0.02, 0, 0, 0], 1, 0.01)
     steps = tool_contact(get_target_tcp_speed())
   end
+  textmsg([tool_contact() > 0, tool_contact([0, 0, 1, 0, 0, 0]), tool_contact([1, 0, 0, 0, 0, 0])])
   q = get_actual_joint_positions_history(steps)
   stopl(1)
   movel(q, a=1, v=0.1)
@@ -41,14 +43,15 @@ said["pose"], said["runs"] = receive.getActualTCPPose(), control.isProgramRunnin
 @pytest.mark.long
 @pytest.mark.parametrize("held", [False, True])
 def test_a_tool_goes_down_until_it_touches(client: virtualrobot.Client, held: bool) -> None:
+    """With a rod it hangs from the ceiling, and goes up to the block: directions are those of its base."""
     client.clock.set_realtime()
-    arm = client.load_robot("model://ur5e", name="arm")
+    arm = client.load_robot("model://ur5e", name="arm", pose=np.diag([1.0, -1.0, -1.0, 1.0]) if held else None)
     arm.set_positions(HOME)
-    x, y, height = arm.tcp[:3, 3]
+    (x, y, height), down = arm.tcp[:3, 3], 1.0 if held else -1.0
     if held:
-        client.scene.add_part("rod", virtualrobot.box(0.02, 0.02, 0.06), pose=virtualrobot.pose(x, y, height - 0.05))
+        client.scene.add_part("rod", virtualrobot.box(0.02, 0.02, 0.06), pose=virtualrobot.pose(x, y, height + 0.05))
         client.scene.attach("rod", arm.flange)
-    client.scene.add_part("block", virtualrobot.box(0.2, 0.2, 0.1), pose=virtualrobot.pose(x, y, height - 0.18))
+    client.scene.add_part("block", virtualrobot.box(0.2, 0.2, 0.1), pose=virtualrobot.pose(x, y, height + down * 0.18))
     client.collisions.set("monitor")
     body = Twin(arm)
     try:
@@ -62,8 +65,8 @@ def test_a_tool_goes_down_until_it_touches(client: virtualrobot.Client, held: bo
             return controller.program is None
 
         until(ended)
-        assert (controller.logged, controller.words) == (["0", "there"], [])
-        way = height - arm.tcp[2, 3]
+        assert (controller.logged, controller.words) == (["0", "[True, 0, 0]", "there"], [])
+        way = down * (arm.tcp[2, 3] - height)
         # The block's top is 13 cm below the flange, and the rod's end 8 cm: 1 cm for the time between two checks.
         assert way == pytest.approx(0.05 if held else 0.13, abs=0.012)
     finally:

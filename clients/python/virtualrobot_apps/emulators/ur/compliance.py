@@ -1,7 +1,7 @@
 """Force mode: along chosen axes the tool moves until it pushes as it shall; along others it goes as its move does.
 
 Along such an axis the tool's velocity is (wanted + felt) / damping: an admittance. The damping is at least what keeps a
-contact as stiff as the last tenth of a second has shown from trembling.
+contact as stiff as its forces have lately shown, over the ways to them, from trembling.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ _SETTLING_SECONDS = 0.1
 """Time (s) in which a contact comes to its force; several times that from a movement to its force's being known."""
 _LOOK_BACK_SECONDS = 0.1
 """Time (s) of which forces and ways are compared."""
+_FORGETTING_SECONDS = 0.2
+"""Time (s) in which of a contact's stiffness that shows no more e to 1 is left: a tool that bounces meets it again."""
 _SMALLEST_WAY = np.array([2e-5] * 3 + [2e-4] * 3)
-"""Way (m, rad) below which none is told from rest."""
+"""Way (m, rad) below which none is told from rest; gone at an even speed, its variance is a twelfth of its square."""
 _ACCELERATION = np.array([1.0] * 3 + [5.0] * 3)
 """Highest acceleration (m/s^2, rad/s^2) along and about an axis."""
 
@@ -42,7 +44,7 @@ class Compliance:
         self._dt = 1.0 / rate
         self._speed = np.zeros(6)
         self._past: deque[tuple[Floats, Floats]] = deque(maxlen=max(2, round(_LOOK_BACK_SECONDS * rate)))
-        self._way = np.zeros(6)
+        self._way, self._stiff = np.zeros(6), np.zeros(6)
         self._before: Floats | None = None
         self._frame, self._kind, self._damping = np.eye(4), 2, _DAMPING
         self._chosen, self._wanted, self._limits = np.zeros(6, bool), np.zeros(6), np.zeros(6)
@@ -133,9 +135,13 @@ class Compliance:
             self._way = self._way + _turned(axes.T, _step(self._before, actual))
         self._before = actual
         self._past.append((self._way, force))
-        ways, forces = (np.ptp(np.array(column), axis=0) for column in zip(*self._past, strict=True))
-        stiffness = forces / np.maximum(ways, _SMALLEST_WAY)
-        wanted = (self._wanted + force) / np.maximum(self._damping, stiffness * _SETTLING_SECONDS)
+        ways, forces = (np.array(column) - np.mean(column, axis=0) for column in zip(*self._past, strict=True))
+        # The slope of forces over ways: what trembles by itself, as the noise of a sensor, is no stiffness.
+        stiffness = np.abs(np.sum(ways * forces, axis=0)) / np.maximum(
+            np.sum(ways**2, axis=0), len(ways) * _SMALLEST_WAY**2 / 12.0
+        )
+        self._stiff = np.maximum(stiffness, self._stiff * (1.0 - self._dt / _FORGETTING_SECONDS))
+        wanted = (self._wanted + force) / np.maximum(self._damping, self._stiff * _SETTLING_SECONDS)
         wanted = np.clip(wanted, -self._limits, self._limits) * pace
         change = _ACCELERATION * self._dt
         self._speed = self._speed + np.clip(wanted - self._speed, -change, change)

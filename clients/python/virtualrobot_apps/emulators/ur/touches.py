@@ -8,16 +8,20 @@ from collections import deque
 from contextlib import suppress
 from itertools import takewhile
 
+import numpy as np
 from virtualrobot import Client, VirtualRobotError
 from virtualrobot.collisions.values import Collision
 from virtualrobot.robots.robot import Robot
 
 from virtualrobot_apps.emulators.body import Twin
+from virtualrobot_apps.emulators.ur.kinematics import Floats
 
 _CYCLES = 900
 """Cycles that are counted at most; the controller remembers so many positions."""
 _ASKED_SECONDS = 1.0
 """Time (s) for which the mode of the robot is taken to be as it was."""
+_AGAINST = np.cos(np.radians(80.0))
+"""Cosine of the largest angle between a direction and the way into what is touched that is against it."""
 
 
 class Touches:
@@ -29,7 +33,7 @@ class Touches:
     def __init__(self, client: Client, robot: Robot, body: Twin) -> None:
         """Watch from the first question on."""
         self._client, self._robot, self._body = client, robot.name, body
-        self._since: float | None = None
+        self._own: list[tuple[float, Floats]] = []
         self._times: deque[float] = deque(maxlen=_CYCLES)
         self._asked, self._on, self._watches = float("-inf"), False, False
 
@@ -48,27 +52,46 @@ class Touches:
         """Note the time of a cycle of the controller, which may be slower than the kernel's time."""
         self._times.append(self._body.time)
 
-    def cycles(self) -> int:
-        """Return the number of cycles since the robot has begun to touch something; 0 where it doesn't."""
-        since = self._since
+    def cycles(self, direction: Floats) -> int:
+        """Return the number of cycles since the robot has begun to touch something; 0 where it doesn't.
+
+        Touches against a direction (3,), along the base's axes, count, and where it is 0 all of them.
+        """
+        length = float(np.linalg.norm(direction))
+        against = direction / length if length else direction
+        since = min(
+            (
+                began
+                for began, into in self._own
+                if not length or not len(into) or float((into @ against).max()) > _AGAINST
+            ),
+            default=None,
+        )
         if since is None:
             return 0
         return max(1, sum(1 for _ in takewhile(lambda one: one >= since, reversed(self._times))))
 
     def _watch(self) -> None:
+        places: dict[tuple[str, str], Collision] = {}
         with suppress(VirtualRobotError):
             for report in self._client.collisions.watch():
-                parents = {node.name: node.parent for node in self._client.scene.nodes()} if report.touching else {}
-                begun = [
-                    one.simulation_time
-                    for one in report.touching
-                    if not one.tolerated and self._is_own(one.collision, parents)
-                ]
-                self._since = min(begun, default=None)
-        self._since, self._watches = None, False
-
-    def _is_own(self, collision: Collision, parents: dict[str, str]) -> bool:
-        return self._carries(collision.first, parents) != self._carries(collision.second, parents)
+                for begun in (*report.touching, *(event.begun for event in report.events)):
+                    # Only the first report and events tell where two touch.
+                    if begun is not None and len(begun.collision.points):
+                        places[begun.collision.first, begun.collision.second] = begun.collision
+                nodes = {node.name: node for node in self._client.scene.nodes()} if report.touching else {}
+                parents = {name: node.parent for name, node in nodes.items()}
+                own = []
+                for one in report.touching:
+                    first, second = one.collision.first, one.collision.second
+                    mine = self._carries(first, parents)
+                    if one.tolerated or mine == self._carries(second, parents):
+                        continue
+                    turn = self._client.scene.pose(self._robot)[:3, :3]
+                    normals = places.get((first, second), one.collision).normals
+                    own.append((one.simulation_time, (normals if mine else -normals) @ turn))
+                self._own = own
+        self._own, self._watches = [], False
 
     def _carries(self, node: str, parents: dict[str, str]) -> bool:
         while node in parents and node.partition(".")[0] != self._robot:

@@ -59,14 +59,13 @@ def _get_actual_joint_positions_history(task: RobotTask, steps: Value) -> list[f
 
 @function("tool_contact", "direction=none")
 def _tool_contact(task: RobotTask, direction: Value) -> int:
-    """Cycles since a robot of a kernel touches something, by its collision monitor, on any side; 0 where it doesn't."""
-    if direction is not None:
-        numbers(direction, "direction", 6)
+    """Cycles since a robot of a kernel touches something that is in a direction, or, by 0, anywhere; else 0."""
+    way = np.zeros(3) if direction is None else np.array(numbers(direction, "direction", 6)[:3], dtype=np.float64)
     controller = task.controller
     if controller.touches is None or not controller.touches.watched():
         said = "needs a robot of a kernel that is watched: 'virtualrobot collision mode monitor', before it is emulated"
         raise ScriptFault(f"'tool_contact' {said}")
-    return controller.touches.cycles()
+    return controller.touches.cycles(way)
 
 
 @function("get_target_joint_positions")
