@@ -250,6 +250,21 @@ def test_forces_are_told_in_the_bases_frame_less_payload_and_zero() -> None:
     np.testing.assert_allclose(registers, [3.0, -2.0, 7.0, 0.0, np.sqrt(62.0), 0.0], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("statements", "paused"),
+    [
+        ("ft_rtde_input_enable(True)", True),
+        ("ft_rtde_input_enable(True)\nft_rtde_input_enable(False)", False),
+        ('rtde_set_watchdog("input_int_register_0", 0.1)\nft_rtde_input_enable(True)', False),
+    ],
+)
+def test_a_script_pauses_where_forces_are_not_told_ten_times_a_second(statements: str, paused: bool) -> None:
+    played = Played(statements + _WAIT.format(cycles=200), 100)
+    assert played.controller.paused is paused
+    words = "RTDE watchdog: external_force_torque was not written in time, the program is paused"
+    assert played.said == [words] * paused
+
+
 def test_a_wrench_is_told_in_another_frame() -> None:
     """A force of 2 N along y at the origin has, about a point 1 m along x, a torque of -2 Nm about z."""
     played = Played("textmsg(wrench_trans(p[1, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 0]))")

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 _KINDS = (1, 2, 3)
 """Numbers of the ways in which the frame of force mode turns."""
 
+_TOLD = "external_force_torque"
+"""Input of RTDE by which forces are told."""
+_LEAST_OFTEN = 10.0
+"""Frequency (Hz) at which they must be told unless a script watches an input itself, as the manual has it."""
+
 
 def _measured(what: str, ask: Callable[[], object]) -> None:
     """Do what needs forces; end the script with the reason where nothing measures them."""
@@ -70,7 +75,12 @@ def _hear(task: RobotTask, enable: Value, mass: Value, place: Value, center: Val
     )
     if kilograms < 0.0:
         raise ScriptFault(f"sensor_mass is 0 or more, not {text(mass)}")
-    task.controller.forces.hear(Payload(kilograms, middle) if enable else None, where)
+    controller = task.controller
+    controller.forces.hear(Payload(kilograms, middle) if enable else None, where)
+    if enable and controller.watchdog is None:
+        controller.watch(_TOLD, round(controller.rate / _LEAST_OFTEN), pauses=True)
+    elif not enable and controller.watchdog is not None and controller.watchdog.variable == _TOLD:
+        controller.watchdog = None
 
 
 _SENSOR = "enable, sensor_mass=none, sensor_measuring_offset=none, sensor_cog=none"
