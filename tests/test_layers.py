@@ -101,6 +101,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/seeing": ("virtualrobot_apps", "virtualrobot", "numpy", "scipy"),
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Processes look for ways on meshes, and on splines.
+    f"{APPS}/demos/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "trimesh"),
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
     # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, in buckets by obstore,
     # where these are installed.

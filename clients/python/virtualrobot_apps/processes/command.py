@@ -69,10 +69,10 @@ def plan(target: Target, file: Path, output: Path | None) -> int:
     if output is not None and not output.parent.is_dir():
         raise click.UsageError(f"there is no folder {output.parent}")
     with target.connect() as client:
-        planned = _planned(client, file)
-        found = planned.program.check()
+        made = planned(client, file)
+        found = made.program.check()
         if output is not None:
-            output.write_text(planned.program.text + "\n", "utf-8")
+            output.write_text(made.program.text + "\n", "utf-8")
         if found.first_violation is not None:
             click.echo(f"step {found.first_violation.step_path}: ", nl=False)
         return verdict(str(file), found, False)
@@ -87,21 +87,27 @@ def run(target: Target, file: Path) -> None:
     from virtualrobot.cli.options import GO_ON
 
     with target.connect() as client:
-        planned = _planned(client, file)
+        made = planned(client, file)
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the process goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        motion = planned.program.start(wait=False)
+        motion = made.program.start(wait=False)
         show_notes(motion)
         follow(motion)
         click.echo(f"{motion.id} is done")
 
 
-def _planned(client: Client, file: Path) -> PlannedProcess:
+def planned(client: Client, file: Path) -> PlannedProcess:
+    """Return the process of a file as it is planned in the cell, and tell what it comes to.
+
+    Raises:
+        WrongStateError: where a package is missing that processes need.
+        VirtualRobotError: as `plan_file` does.
+    """
     if missing := [name for name in ("scipy", "trimesh") if find_spec(name) is None]:
         raise WrongStateError(f"processes need {' and '.join(missing)}: pip install 'virtualrobot[processes]'")
     from virtualrobot_apps.processes.process import plan_file
 
-    planned = plan_file(client, file)
-    for line in planned.measures:
+    made = plan_file(client, file)
+    for line in made.measures:
         click.echo(line)
-    return planned
+    return made

@@ -13,6 +13,7 @@ from virtualrobot_apps.demos.carry.command import carry
 from virtualrobot_apps.demos.controllers.command import controllers
 from virtualrobot_apps.demos.fetch.command import fetch
 from virtualrobot_apps.demos.patrol.command import patrol
+from virtualrobot_apps.demos.processes.command import commands
 from virtualrobot_apps.demos.twin.command import twin
 from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, rov, ugv, uvms
 
@@ -77,3 +78,5 @@ demo.add_command(patrol)
 demo.add_command(quadruped)
 demo.add_command(rov)
 demo.add_command(uvms)
+for one in commands():
+    demo.add_command(one)

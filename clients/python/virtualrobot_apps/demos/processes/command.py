@@ -1,0 +1,40 @@
+"""`virtualrobot demo weld`, `mill`, `drill`: a process in a cell, each as files that anybody may take and change."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import click
+from virtualrobot.cli.options import Target, target_options
+
+from virtualrobot_apps.vehicles.command import HEADLESS, SPEED, pace_of, stepped
+
+CELLS = Path(__file__).parent / "cells"
+DEMOS = {
+    "weld": ("pipes", "Watch an arm weld a branch onto a pipe: a saddle, once around."),
+    "mill": ("flange", "Watch an arm mill the groove of a seal into a flange, by G-code."),
+    "drill": ("flange", "Watch an arm drill eight holes into a flange, each in two pecks."),
+}
+"""Cell of each demo, a scene file, and what is seen; the process is a file with the demo's name."""
+
+
+def _watch(name: str, target: Target, headless: bool, speed: float | None) -> None:
+    from virtualrobot_apps.demos.processes import run
+
+    with stepped(target, None, headless) as client:
+        run.main(client, CELLS / f"{DEMOS[name][0]}.yaml", CELLS / f"{name}.yaml", pace_of(speed, headless))
+
+
+def commands() -> list[click.Command]:
+    """Return the command of each demo."""
+    made = []
+    for name, (_, text) in DEMOS.items():
+        told = f"""{text}
+
+        Its cell and its process are files of the package, whose places it says. In steps, as fast as the wall clock,
+        without viewer as fast as it can. Starts a kernel of its own and ends it; with --address the cell replaces the
+        world of a kernel that runs already. Needs the extra `processes`.
+        """
+        made.append(click.command(name, help=told)(HEADLESS(SPEED(target_options(partial(_watch, name))))))
+    return made

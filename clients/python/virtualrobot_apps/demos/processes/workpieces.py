@@ -1,0 +1,70 @@
+"""Bodies of the demos of processes, as their files in `cells` have them: `python -m ...workpieces` writes these anew.
+
+Lengths in m. A tool's origin is at the flange, its z out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from trimesh import Trimesh
+
+CELLS = Path(__file__).parent / "cells"
+NECK = 0.06
+"""Radius of the bend of a torch's neck."""
+BENT = np.radians(45.0)
+"""Angle by which a torch's neck is bent."""
+
+
+def _rod(radius: float, first: Sequence[float], last: Sequence[float], sections: int = 32) -> Trimesh:
+    return trimesh.creation.cylinder(radius, segment=[first, last], sections=sections)
+
+
+def _joined(*bodies: Trimesh) -> Trimesh:
+    return trimesh.boolean.union(bodies, engine="manifold")
+
+
+def pipes() -> Trimesh:
+    """Return a pipe along y with a branch upwards: their seam is a saddle."""
+    return _joined(_rod(0.09, [0, -0.25, 0], [0, 0.25, 0], 72), _rod(0.05, [0, 0, 0], [0, 0, 0.22], 72))
+
+
+def flange() -> Trimesh:
+    """Return a disc of 30 mm with a hub: blank of a pipe's flange, which is milled and drilled."""
+    return _joined(_rod(0.12, [0, 0, 0], [0, 0, 0.03], 96), _rod(0.05, [0, 0, 0.02], [0, 0, 0.06], 72))
+
+
+def torch() -> Trimesh:
+    """Return a welding torch, bent about y; its wire ends 15 mm before the nozzle, at (0.0883, 0, 0.2331)."""
+    angles = np.linspace(0.0, BENT, 9)
+    neck = [[0.0, 0.0, 0.09], *([NECK * (1.0 - np.cos(t)), 0.0, 0.12 + NECK * np.sin(t)] for t in angles)]
+    ahead = np.array([np.sin(BENT), 0.0, np.cos(BENT)])
+    parts = [_rod(0.025, [0, 0, 0], [0, 0, 0.1])]
+    for first, last in pairwise(neck):
+        on = np.subtract(last, first)
+        parts.append(_rod(0.011, first, last + 0.002 * on / np.linalg.norm(on), 20))
+    parts.append(_rod(0.011, neck[-1], neck[-1] + 0.05 * ahead, 20))
+    parts.append(_rod(0.009, neck[-1] + 0.045 * ahead, neck[-1] + 0.085 * ahead, 20))
+    return _joined(*parts)
+
+
+def spindle() -> Trimesh:
+    """Return a spindle with a cutter of 10 mm, whose end is at (0, 0, 0.26)."""
+    return _joined(
+        _rod(0.045, [0, 0, 0], [0, 0, 0.16]),
+        _rod(0.018, [0, 0, 0.15], [0, 0, 0.2]),
+        _rod(0.005, [0, 0, 0.19], [0, 0, 0.26], 24),
+    )
+
+
+BODIES: tuple[Callable[[], Trimesh], ...] = (pipes, flange, torch, spindle)
+"""Functions that make the bodies; a file has the name of its function."""
+
+
+if __name__ == "__main__":
+    for body in BODIES:
+        body().export(CELLS / f"{body.__name__}.stl")
