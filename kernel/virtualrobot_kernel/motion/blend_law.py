@@ -22,6 +22,8 @@ _CURVATURE_ACCELERATION, _CURVATURE_JERK, _ACROSS_JERK, _ALONG_JERK = 0.8, 0.4, 
 _LOOKS, _LOOKS_PER_PIECE = 33, 8
 #: Factor of slowdown beyond the needed one, for what lies between the places that are looked at.
 _MARGIN = 1.0002
+#: How much finer a law is looked at whose limits don't hold by themselves between the places that are looked at.
+_FINER = 5
 #: Excess over a limit below which a stretch of the whole law settles it; of a law that begins at speed, none.
 _NEARLY, _ROUNDS, _ROUNDING = 1.002, 20, 1e-6
 _TINY = 1e-200
@@ -62,7 +64,7 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
     for limits in (_move, _straight_move):
         moves = [limits(whole.path, part, rates) for part in whole.moves]
         try:
-            laws.append(_law_with(whole, rates, moves, list(passing), entry))
+            laws.append(_law_with(whole, rates, moves, list(passing), entry, 1 if limits is _move else _FINER))
         except KernelError:
             if limits is _straight_move and not laws:
                 raise
@@ -70,9 +72,12 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
 
 
 def _law_with(
-    whole: Rounded, rates: Sequence[Rate], moves: Sequence[_Move], passing: list[float], entry: float
+    whole: Rounded, rates: Sequence[Rate], moves: Sequence[_Move], passing: list[float], entry: float, finer: int
 ) -> PiecewisePolynomial:
-    """Return the law of moves and corners with limits, which become smaller until all is kept."""
+    """Return the law of moves and corners with limits, which become smaller until all is kept.
+
+    finer: how much finer than usual the grid is on which that is looked at in the end.
+    """
     for _ in range(_ROUNDS):
         reached = _reachable(passing, moves, entry)
         law, ends = _law(whole, moves, [entry, *reached, 0.0])
@@ -86,6 +91,8 @@ def _law_with(
                 passing[place // 2] = reached[place // 2] / (factor * _MARGIN)
             else:
                 moves[place // 2].slow_down(factor * _MARGIN)
+    if finer > 1:
+        needed = _needed(law, ends, rates, len(whole.path.coefficients), finer)
     if entry:
         if needed.max() > 1.0 + _ROUNDING:
             raise KernelError("no law that begins at this speed keeps the limits along the path")
@@ -262,9 +269,11 @@ def _law(whole: Rounded, moves: Sequence[_Move], rates: Sequence[float]) -> tupl
     return PiecewisePolynomial(np.array(breaks), np.array(pieces)[:, :, None]), ends
 
 
-def _needed(law: PiecewisePolynomial, ends: Sequence[float], rates: Sequence[Rate], pieces: int) -> Array:
+def _needed(
+    law: PiecewisePolynomial, ends: Sequence[float], rates: Sequence[Rate], pieces: int, finer: int = 1
+) -> Array:
     """Return by what factor each move and corner has to be slower in time."""
-    points = max(2000, 8 * len(law.coefficients), 16 * pieces)
+    points = finer * max(2000, 8 * len(law.coefficients), 16 * pieces) + finer - 1
     breaks = law.breaks
     # The law's breaks are the path's borders: nearer to them, rounding would put it on the other side of one.
     beside = _BESIDE * law.end

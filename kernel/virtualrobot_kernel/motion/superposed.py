@@ -23,7 +23,7 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, lever_arm, r
 RAMP, LEAST_RAMP = 0.4, 0.016
 """Share of a zone's radius in which its curvature begins where there is room for it, and the least one."""
 
-_PARTS, _ROUNDS = 12, 4
+_PARTS, _ROUNDS = 5, 4
 """Number of pieces that a corner has at least, and of times that those which don't fit are halved."""
 
 _DIFFERENCE, _OFF, _SOLVED = 1e-4, 1e-7, 1e-10

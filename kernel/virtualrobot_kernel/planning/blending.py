@@ -35,6 +35,9 @@ _SCALE = 30.0
 _SMALLER = 0.8 ** np.arange(8.0)
 """Shares of the room that a rounded corner is tried with, in order."""
 
+SLOWEST = 2.0
+"""Factor by which moves with parabolas may take longer than with stops, as they do near singular postures."""
+
 _ROUNDING = 1e-6
 
 _UNFIT = "no way through the zone was found that goes together with those beside it"
@@ -205,8 +208,8 @@ def best_corner(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[
     assert zone is not None
     first, second = alone
     leds = group.leds(pair) if zone.parabola else {}
-    if not leds:
-        zone = replace(zone, extended=0.0)
+    if not leds:  # no tool centre point has a way on both sides whose sum could be asked for
+        zone = replace(zone, parabola=False)
     room = room_for(zone, first.track.path, second.track.path, group.positions(pair, leds))
     if not room.kept:
         return None, room.why
@@ -253,7 +256,8 @@ def _joined(
         parts.append(part)
     if unfit is None:
         run = _run(group, steps, parts, overlaps, cuts)
-        if any(room.fades for room in rooms) or run.plan.duration < sum(step.plan.duration for step in steps):
+        stopping = sum(step.plan.duration for step in steps)
+        if run.plan.duration < stopping * (SLOWEST if any(room.fades for room in rooms) else 1.0):
             return [run], []
         unfit = len(corners) // 2
     first, told = _joined(group, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)

@@ -24,6 +24,7 @@ from virtualrobot_kernel.motion.planned import Track, planned
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, joined
 from virtualrobot_kernel.planning.blend_group import BlendGroup
 from virtualrobot_kernel.planning.blending import (
+    SLOWEST,
     Part,
     PlannedRun,
     Tail,
@@ -86,6 +87,9 @@ def extended(run: PlannedRun, step: PlannedStep, now: float, reached: float) -> 
         found = _overlapping(group, run, tail, track, step, alone[1], corner.room, now)
     if found is None:
         return f"the motion is too near to the end of step {pair[0].name} to go through its zone"
+    longer = found.run.plan.duration - run.plan.duration
+    if corner.room.fades and longer > SLOWEST * sum(one.plan.duration for one in pair):
+        return f"the parabola would take {longer:.3g} s longer"
     notes = (shrunk(pair[0], corner.room),) if corner.room.kept < size(pair[0]) else ()
     return replace(found, notes=notes)
 

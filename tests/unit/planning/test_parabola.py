@@ -206,21 +206,13 @@ def test_joints_of_another_robot_go_over_in_the_extended_radius(rng: np.random.G
     assert nearest(points, corner[:3, 3]) == pytest.approx(radius * np.sqrt(2.0) / 4.0, rel=0.01)
 
 
-def test_joint_moves_are_summed(rng: np.random.Generator) -> None:
-    snapshot, _ = cell(rng)
+def test_next_to_a_joint_move_the_radius_is_the_distance_of_a_zone(rng: np.random.Generator) -> None:
+    snapshot, at = cell(rng)
     names = [joint.name for joint in snapshot.structure.robot("arm0")[1].joints]
-    first = dict(zip(names, POSTURE + np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]), strict=True))
-    second = dict(zip(names, POSTURE + np.array([0.5, 0.4, 0.0, 0.0, 0.0, 0.0]), strict=True))
-    zone = Zone(meters=0.05, parabola=True)
-    run = run_of(snapshot, program(PointToPoint("arm0", first), PointToPoint("arm0", second), zone=zone))
-    path = run.plan.tracks[0].path
-    ways = path.evaluate(np.linspace(path.start, path.end, 3000))[:, :2] - POSTURE[:2]
-    inside = (ways[:, 0] < 0.5 - 1e-9) & (ways[:, 1] > 1e-9)
-    left, right = (0.5 - ways[inside, 0]).max(), ways[inside, 1].max()
-    # A parabola between two axes, both tangents: √(x / a) + √(y / b) = 1.
-    x, y = (0.5 - ways[inside, 0]) / left, ways[inside, 1] / right
-    middle = np.argmin(np.abs(x - y))
-    assert 0.2 < x[middle] < 0.3 and len(x) > 50
+    goal = dict(zip(names, POSTURE + np.array([0.5, 0.4, 0.0, 0.0, 0.0, 0.0]), strict=True))
+    moves = (line(moved(at, [0.0, 0.1, 0.0])), PointToPoint("arm0", goal))
+    runs = [run_of(snapshot, program(*moves, zone=zone)) for zone in (Zone(0.05, parabola=True), Zone(0.05))]
+    assert runs[0].plan.duration == runs[1].plan.duration
 
 
 def test_a_step_that_comes_while_the_robot_moves_is_joined_by_the_same_parabola(rng: np.random.Generator) -> None:
