@@ -64,6 +64,9 @@ def test_a_script_is_tried_and_nothing_moves(client: virtualrobot.Client, tmp_pa
         assert seven == pytest.approx(1.2 / 2.0 + 2.0 / 3.0, abs=0.2)
         code, said = tried("--order", "input 5 on", "--longest", "2")
         assert (code, said[0]) == (1, "2:3: the script has not ended after 2 s")
+        file.write_text("def press():\n  zero_ftsensor()\nend\n")
+        code, said = tried()
+        assert code == 1 and said[0].startswith("2:3: 'zero_ftsensor' needs forces, and a trial feels none; ")
     np.testing.assert_array_equal(arm.state.positions, HOME)
     done = CliRunner().invoke(urscript, ["check", str(file), "--run", "--address", client.address, "--order", "jump"])
     assert done.exit_code == 1 and "'jump' is none of" in done.output

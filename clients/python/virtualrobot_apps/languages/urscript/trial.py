@@ -15,6 +15,8 @@ from virtualrobot.robots.robot import Robot
 
 from virtualrobot_apps.emulators.body import ArmLimits, SimulatedArm
 from virtualrobot_apps.emulators.ur.controller import Controller
+from virtualrobot_apps.emulators.ur.forces import Forces, Unmeasured
+from virtualrobot_apps.emulators.ur.kinematics import Floats
 from virtualrobot_apps.emulators.ur.moves import Move
 from virtualrobot_apps.emulators.ur.orders import obey
 from virtualrobot_apps.languages.core.task import here
@@ -76,6 +78,18 @@ class Played:
             self.findings.append(one)
 
 
+class _Unfelt:
+    """Meter of a trial, which measures nothing."""
+
+    def find(self) -> None:
+        """Say so."""
+        raise Unmeasured("a trial feels none; the emulator of a robot under physics does")
+
+    def read(self) -> tuple[Floats, Floats]:
+        """Say so."""
+        raise Unmeasured("a trial feels none")
+
+
 def play(
     client: Client, robot: Robot, loaded: Loaded, model: str, longest: float, orders: Iterable[str] = ()
 ) -> Played:
@@ -90,6 +104,7 @@ def play(
     each = ("lower", "upper", "velocity", "acceleration")
     arm = ArmLimits(*(np.array([getattr(limits[name], one) for name in names]) for one in each), lag=LAG)
     controller = Controller(SimulatedArm(robot.state.positions, arm), model)
+    controller.forces = Forces(_Unfelt())
     for order in orders:
         if amiss := obey(controller, order):
             raise ValueError(amiss)
