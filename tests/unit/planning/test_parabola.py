@@ -26,8 +26,9 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
-from tests.unit.planning.runs import cell_of, plan_run, solver, with_joints
-from tests.unit.planning.test_blending import check_law
+from tests.tiers import Draws
+from tests.unit.planning.runs import KINDS, cell_of, plan_run, random_steps, solver, with_joints
+from tests.unit.planning.test_blending import alone, check_law
 
 POSTURE = np.array([0.2, 0.8, -3.0, 0.3, 0.9, 0.1])
 """Posture of a Puma 560 with room around it."""
@@ -229,6 +230,25 @@ def test_a_step_that_comes_while_the_robot_moves_is_joined_by_the_same_parabola(
     assert nearest(points, corner[:3, 3]) == pytest.approx(0.02 * np.sqrt(2.0) / 4.0, rel=0.01)
     late = extended(run, second, alone.plan.duration - 0.05, alone.plan.duration - 0.05)
     assert isinstance(late, str) and "too near" in late
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["puma560", "iiwa", "panda", "xarm6"])
+def test_programs_of_any_moves_keep_the_limits(rng: np.random.Generator, draws: Draws, name: str) -> None:
+    """What no parabola fits is a stop, and none takes more than twice as long as with stops."""
+    for _ in range(draws(15)):
+        radius = float(rng.uniform(0.003, 0.08))
+        zone = Zone(radius, parabola=True, extended=radius * float(rng.uniform(0.0, 3.0)))
+        snapshot, steps = random_steps(rng, name, list(rng.choice(KINDS, 3)), zone)
+        runs, notes = plan_run(snapshot, steps, solver)
+        assert len(runs) == 1 + sum(note.kind is NoteKind.ZONE_DROPPED for note in notes)
+        assert sum(run.plan.duration for run in runs) <= 2.0 * sum(run.plan.duration for run in alone(snapshot, steps))
+        joints = {joint.name: joint.limits for joint in snapshot.structure.robot("arm0")[1].joints}
+        for run in runs:
+            limits = [joints[joint] for _, joint in run.joints]
+            check_law(
+                run.plan, *(np.array([getattr(x, f) for x in limits]) for f in ("velocity", "acceleration", "jerk"))
+            )
 
 
 def test_a_fade_is_the_sum_of_both_and_smooth() -> None:
