@@ -421,7 +421,8 @@ class Controller:
         """
         unit = self.robot_of(mechanical_unit)
         robot = self._robots[unit.name]
-        base, flange = self.client.scene.pose(robot.name), self.client.scene.pose(robot.flange)
+        poses = self.client.scene.poses((robot.name, robot.flange))
+        base, flange = poses[robot.name], poses[robot.flange]
         frames = {"base": base, "world": np.eye(4)}
         if coordinate.lower() == "wobj":
             data = self._data(unit, wobj, "wobjdata")
