@@ -68,6 +68,21 @@ window.reach = async (...point) => {
 };
 """
 
+UNDRAWN = """
+for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"]) {
+  WebGL2RenderingContext.prototype[name] = () => {};
+}
+const found = WebGL2RenderingContext.prototype.getExtension;
+WebGL2RenderingContext.prototype.getExtension = function (name) {
+  const extension = found.call(this, name);
+  if (name === "WEBGL_multi_draw" && extension) {
+    for (const draw of ["multiDrawElementsWEBGL", "multiDrawArraysWEBGL"]) extension[draw] = () => {};
+  }
+  return extension;
+};
+"""
+"""Has WebGL draw nothing, as if a graphics card did it beside: else the processor draws between what is measured."""
+
 
 class Person:
     """A person in the room, whose right hand the test moves; points are in the world, m."""

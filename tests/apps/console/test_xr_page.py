@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import ExitStack, nullcontext
+from functools import partial
 
 import cv2
 import numpy as np
@@ -24,11 +25,13 @@ from tests.api.asking import IIWA
 from tests.api.reading import state, step
 from tests.apps.console.browsing import PLAIN, PURPLE, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
-from tests.apps.console.headsets import IWER, Person, in_room
+from tests.apps.console.headsets import IWER, UNDRAWN, Person
+from tests.apps.console.headsets import in_room as drawn_room
 from tests.apps.test_registration_marker import CAMERA, FIELD, HEIGHT, WIDTH, made_picture
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
+in_room = partial(drawn_room, script=UNDRAWN)
 needs_iwer = pytest.mark.skipif(
     not IWER.is_file(), reason="no emulated headset: npm ci in the folder web of the console"
 )

@@ -249,6 +249,8 @@ class Proposals {
       const held = new HeldMotion(motion!.id, (error) => (this.words.value = wordsOf(error)));
       if (number !== this.#number) return void attempt(service.motions.cancelMotion({ id: held.id, reason: REJECTED }));
       this.#motion = held;
+      // The last frame has seen the trigger pulled: the motion doesn't wait for the next one.
+      if (this.#isPressed) held.beat();
       void this.#watch(held);
     } catch (error) {
       if (number !== this.#number) return this.#turnDown(id, REJECTED);
