@@ -115,6 +115,9 @@ def test_who_looks_changes_rejects_and_approves(start_kernel: StartKernel) -> No
 
             def is_done() -> bool:
                 client.clock.step(60)
+                if motion.phase is Phase.PAUSED:  # a page that is slow for a moment lets go, and for good
+                    page.keyboard.up("Enter")
+                    page.keyboard.down("Enter")
                 return client.proposals.get(made.id).state == "executed"
 
             until(is_done)
