@@ -29,6 +29,8 @@ RISE = 0.12
 """Height (m) over a grasp from which the tool goes straight down."""
 GAP = 0.002
 """Height (m) over the table at which the fingers let go."""
+LOOKS, NEARER = 3, 0.04
+"""Number of looks at the shelf at most, and way (m) that the vehicle goes nearer from each to the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +84,7 @@ class Fetcher:
 
     def take(self) -> tuple[tabletop.Thing, bool]:
         """Take what stands at the shelf's place; return what it is, and whether both fingers feel it."""
-        looks, mind = self.look("shelf"), self._mind
-        place = cell.base_t_place(self._here, "shelf").tolist()
-        thing = tabletop.thing_on(mind, cell.SETUP, looks.cloud, looks.octree, place)
+        mind, thing = self._mind, self._found()
         wide, deep, high = np.round(1e3 * np.sort(thing.size))
         print(
             f"grasps: {wide:.0f} x {deep:.0f} x {high:.0f} mm, {1e3 * thing.width:.0f} mm between fingers", flush=True
@@ -97,6 +97,20 @@ class Fetcher:
         tabletop.hold(mind, ARM, thing)
         self._along(tabletop.path(mind, ARM, self._now(), self._home))
         return thing, touched
+
+    def _found(self) -> tabletop.Thing:
+        """Return what stands at the shelf's place; look again from nearer where it can't be grasped so."""
+        for left in reversed(range(LOOKS)):
+            looks = self.look("shelf")
+            place = cell.base_t_place(self._here, "shelf").tolist()
+            try:
+                return tabletop.thing_on(self._mind, cell.SETUP, looks.cloud, looks.octree, place)
+            except WrongStateError as error:
+                if not left:
+                    raise
+                print(f"looks again: {error}", flush=True)
+                self.advance(NEARER)
+        raise AssertionError("it looks once at least")
 
     def put(self, thing: tabletop.Thing) -> None:
         """Put a thing down at the table's place."""
