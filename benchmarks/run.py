@@ -46,7 +46,7 @@ SUITES = (
         "ros_loads",
         "ros_dds",
     ),
-    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "code_page"),
+    *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "code_page", "web_services"),
     *("studies", "navigation", "seeing", "bins"),
 )
 PACKAGES = (

@@ -101,6 +101,7 @@ class Controller:
             f"T_ROB{number}": Unit(f"T_ROB{number}", f"ROB_{number}", robot) for number, robot in enumerate(robots, 1)
         }
         self._robots = {unit.name: client.robot(unit.robot) for unit in self.units.values()}
+        self._confs: dict[str, tuple[tuple[float, ...], list[float]]] = {}
         self.motors_on, self.cycle = True, "forever"
         self.queues: dict[str, deque[Queued]] = {}
         self.listeners: set[Callable[[dict[str, Any]], None]] = set()
@@ -431,9 +432,11 @@ class Controller:
             raise unknown("coordinate system", coordinate, ("Base", "World", "Wobj"))
         world_t_tcp = flange @ matrix_of(self._data(unit, tool, "tooldata")[1])
         state = robot.state
-        named = robot.solve_inverse(state.world_t_tcp, seed=list(state.positions)).configurations
-        conf = confdata(list(state.positions), named[0] if named else "")
-        return pose_of(np.linalg.inv(frames[coordinate.lower()]) @ world_t_tcp), conf
+        joints = tuple(state.positions)
+        if self._confs.get(unit.name, ((), []))[0] != joints:  # an arm that stands is asked again and again
+            named = robot.solve_inverse(state.world_t_tcp, seed=joints).configurations
+            self._confs[unit.name] = joints, confdata(joints, named[0] if named else "")
+        return pose_of(np.linalg.inv(frames[coordinate.lower()]) @ world_t_tcp), self._confs[unit.name][1]
 
     def _data(self, unit: Unit, name: str, kind: str) -> list[Any]:
         if name.lower() in ("tool0", "wobj0"):
