@@ -99,7 +99,7 @@ def test_a_network_that_is_gone_without_a_word_is_noticed(
         expect(row(page, "crate")).to_be_visible()
 
 
-def test_names_are_words(console: Console, stepped_kernel: KernelProcess) -> None:
+def test_names_are_words(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:
     name = "<img src=x onerror=\"document.title='taken'\">"
     with virtualrobot.connect(stepped_kernel.address) as client:
         client.scene.add_object(name, virtualrobot.box(0.2, 0.2, 0.2))
@@ -142,7 +142,9 @@ window.ask = () => held.splice(0).forEach((one) => one());
 """Has a page ask for what robots are only when it is told to."""
 
 
-def test_a_robot_of_which_the_kernel_tells_late_is_not_missing(console: Console, stepped_kernel: KernelProcess) -> None:
+def test_a_robot_of_which_the_kernel_tells_late_is_not_missing(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess
+) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client:
         client.load_robot(IIWA, name="iiwa")
     with browsers() as browser, opened(browser, console.url + PLAIN, script=LATE) as page:

@@ -90,7 +90,9 @@ def test_a_program_is_told_of_as_its_list_counts_and_goes_back_to_before_play(
             expect(steps.nth(2)).to_contain_text("P2")
 
 
-def test_lengths_of_refusals_are_millimeters(console: Console, stepped_kernel: KernelProcess, browser: Browser) -> None:
+def test_lengths_of_refusals_are_millimeters(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser
+) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client:
         client.load_robot(IIWA, name="iiwa").set_positions(HERE)
         with opened(browser, console.url + PLAIN) as page:
@@ -178,7 +180,7 @@ def test_who_else_moves_the_robot_is_named(
 
 
 def test_what_comes_back_has_its_place_in_the_tree(
-    console: Console, stepped_kernel: KernelProcess, browser: Browser
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser
 ) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client:
         for name in ("one", "two", "three"):
@@ -193,7 +195,7 @@ def test_what_comes_back_has_its_place_in_the_tree(
 
 
 def test_numbers_of_a_ghost_are_told_from_the_robots(
-    console: Console, stepped_kernel: KernelProcess, browser: Browser
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser
 ) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client:
         client.load_robot(IIWA, name="iiwa").set_positions(HERE)
@@ -212,7 +214,7 @@ def test_numbers_of_a_ghost_are_told_from_the_robots(
 
 
 def test_help_is_where_a_person_is_and_the_view_goes_by_keys(
-    console: Console, stepped_kernel: KernelProcess, browser: Browser
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser
 ) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client:
         client.scene.add_object("slab", virtualrobot.box(0.4, 0.1, 0.4, color=PURPLE))
