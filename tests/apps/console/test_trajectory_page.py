@@ -97,7 +97,7 @@ def test_a_person_plays_a_trajectory(console: Console, stepped: Stubs, stepped_k
             def over() -> bool:
                 nonlocal farthest
                 step(stepped, 5)
-                (motion,) = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
+                *_, motion = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
                 time = motion.progress * motion.planned_duration_seconds - (motion.planned_duration_seconds - SECONDS)
                 now = state(stepped, "iiwa").positions
                 farthest = max(farthest, now[0])
