@@ -78,7 +78,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         return
     if item.get_closest_marker("long") and not may_be_long(item.path):
         raise pytest.UsageError(f"{item.nodeid} is long, but its file has no mark.long of its own to be found by")
-    if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME or "kernel" in getattr(item, "fixturenames", ()):
+    if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME or "kernel" in fixtures:
         item.add_marker("patient")
 
 

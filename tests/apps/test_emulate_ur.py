@@ -421,7 +421,7 @@ def test_ten_thousand_malformed_packets_break_nothing(rng: np.random.Generator) 
 
 
 def test_a_number_that_is_none_is_told_once_and_changes_nothing() -> None:
-    """What comes after it counts: the client is there still."""
+    """Packets after it count: the client is there still."""
     said: list[str] = []
     server = Server(made(), ADDRESS, said.append)
     try:

@@ -1,4 +1,4 @@
-"""What people with headsets share: the meshes of their pages are small, and they see one another."""
+"""Pages of people with headsets: their meshes are small, and they see one another."""
 
 from __future__ import annotations
 

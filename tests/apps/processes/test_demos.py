@@ -10,8 +10,8 @@ import trimesh
 import virtualrobot
 from click.testing import CliRunner
 from virtualrobot_apps.demos.palletizing.command import demo
-from virtualrobot_apps.demos.processes import run, workpieces
-from virtualrobot_apps.demos.processes.command import CELLS, DEMOS
+from virtualrobot_apps.demos.processes import CELLS, run, workpieces
+from virtualrobot_apps.demos.processes.command import DEMOS
 
 from tests.kernels import KernelProcess
 

@@ -47,7 +47,7 @@ def test_a_crate_in_a_passage_is_passed_from_wherever_it_begins(rng: np.random.G
 
 
 def test_another_way_is_taken_where_the_first_is_shut(rng: np.random.Generator) -> None:
-    """What was gained on the first doesn't count on the other, longer one; it tells how long that is."""
+    """Meters that were gained on the first don't count on the other, longer one; it tells how long that is."""
     walls = [*room(5.0, 4.0), Box(2.5, 2.0, 0.2, 2.4, 1.0, "#fff")]
     shut = Box(2.5, 0.4, 0.2, 0.8, 1.0, "#a52")
     ugv = vehicle(known(walls, 5.0, 4.0), (0.6, 1.2, 0.0), Goal(4.2, 1.2), BEHIND)

@@ -235,7 +235,7 @@ def test_a_step_that_comes_while_the_robot_moves_is_joined_by_the_same_parabola(
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["puma560", "iiwa", "panda", "xarm6"])
 def test_programs_of_any_moves_keep_the_limits(rng: np.random.Generator, draws: Draws, name: str) -> None:
-    """What no parabola fits is a stop, and none takes more than twice as long as with stops."""
+    """Corners that no parabola fits are stops, and none takes more than twice as long as with stops."""
     for _ in range(draws(15)):
         radius = float(rng.uniform(0.003, 0.08))
         zone = Zone(radius, parabola=True, extended=radius * float(rng.uniform(0.0, 3.0)))

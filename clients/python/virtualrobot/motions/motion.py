@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -137,13 +138,13 @@ class Motion:
 
     def _wait(self, timeout: float | None, *, checked: bool) -> Motion:
         """Wait as `wait` does; `checked`: something lets time go on meanwhile."""
-        end = None if timeout is None else time.monotonic() + timeout
+        end = math.inf if timeout is None else time.monotonic() + timeout
         try:
             if not checked and not self.state.phase.ended:
                 check_time_follows_the_wall(self._services)
             self.keep_watching()
             while not self._has_ended_by(end):
-                if end is not None and time.monotonic() >= end:
+                if time.monotonic() >= end:
                     raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on: {self!r}")
                 self._heard = time.monotonic()
                 if self.state.phase.ended:  # where it has not, time stands still
@@ -156,12 +157,12 @@ class Motion:
         self._state.raise_early_end()
         return self
 
-    def _has_ended_by(self, end: float | None) -> bool:
+    def _has_ended_by(self, end: float) -> bool:
         """Wait for its end, until a time of `time.monotonic` or until its watch is silent; return whether it came."""
         with self._changed:
             while self._error is None and not self._state.phase.ended:
-                limit = self._heard + _SILENT_SECONDS if end is None else min(end, self._heard + _SILENT_SECONDS)
-                if (left := limit - time.monotonic()) <= 0.0:
+                left = min(end, self._heard + _SILENT_SECONDS) - time.monotonic()
+                if left <= 0.0:
                     return False
                 # Never without a limit: on Windows Ctrl-C would not get through.
                 interruptions.wait(self._changed, min(left, 0.5))

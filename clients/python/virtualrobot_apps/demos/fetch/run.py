@@ -100,17 +100,17 @@ class Fetcher:
 
     def _found(self) -> tabletop.Thing:
         """Return what stands at the shelf's place; look again from nearer where it can't be grasped so."""
-        for left in reversed(range(LOOKS)):
-            looks = self.look("shelf")
-            place = cell.base_t_place(self._here, "shelf").tolist()
+        for _ in range(LOOKS - 1):
             try:
-                return tabletop.thing_on(self._mind, cell.SETUP, looks.cloud, looks.octree, place)
+                return self._seen()
             except WrongStateError as error:
-                if not left:
-                    raise
                 print(f"looks again: {error}", flush=True)
                 self.advance(NEARER)
-        raise AssertionError("it looks once at least")
+        return self._seen()
+
+    def _seen(self) -> tabletop.Thing:
+        looks, place = self.look("shelf"), cell.base_t_place(self._here, "shelf").tolist()
+        return tabletop.thing_on(self._mind, cell.SETUP, looks.cloud, looks.octree, place)
 
     def put(self, thing: tabletop.Thing) -> None:
         """Put a thing down at the table's place."""

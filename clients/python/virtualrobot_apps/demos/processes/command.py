@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 
 import click
 from virtualrobot.cli.options import Target, target_options
 
+from virtualrobot_apps.demos.processes import CELLS
 from virtualrobot_apps.vehicles.command import HEADLESS, SPEED, pace_of, stepped
 
-CELLS = Path(__file__).parent / "cells"
 DEMOS = {
     "weld": ("pipes", "Watch an arm weld a branch onto a pipe: a saddle, once around."),
     "mill": ("flange", "Watch an arm mill the groove of a seal into a flange, by G-code."),

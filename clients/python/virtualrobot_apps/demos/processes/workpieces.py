@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import trimesh
 from trimesh import Trimesh
 
-CELLS = Path(__file__).parent / "cells"
+from virtualrobot_apps.demos.processes import CELLS
+
 NECK = 0.06
 """Radius of the bend of a torch's neck."""
 BENT = np.radians(45.0)

@@ -22,7 +22,7 @@ from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramErr
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid.cell import Cell
-from virtualrobot_apps.languages.rapid.configuration import confdata
+from virtualrobot_apps.languages.rapid.configuration import configuration_at
 from virtualrobot_apps.languages.rapid.frames import matrix_of, pose_of
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.predefined import VARIABLES
@@ -434,8 +434,7 @@ class Controller:
         state = robot.state
         joints = tuple(state.positions)
         if self._confs.get(unit.name, ((), []))[0] != joints:  # an arm that stands is asked again and again
-            named = robot.solve_inverse(state.world_t_tcp, seed=joints).configurations
-            self._confs[unit.name] = joints, confdata(joints, named[0] if named else "")
+            self._confs[unit.name] = joints, configuration_at(robot, state.world_t_tcp, joints)
         return pose_of(np.linalg.inv(frames[coordinate.lower()]) @ world_t_tcp), self._confs[unit.name][1]
 
     def _data(self, unit: Unit, name: str, kind: str) -> list[Any]:

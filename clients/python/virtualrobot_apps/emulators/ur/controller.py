@@ -431,11 +431,14 @@ class Controller:
         """Return what RTDE tells in this cycle, by name; what is missing is 0."""
         positions, velocities = self.body.read()
         model, running = self.model, self.mode is RobotMode.RUNNING
-        actual, target = (kinematics.pose_of(kinematics.forward(model, q, self.tcp)) for q in (positions, self.target))
+        flange = kinematics.forward(model, positions)
+        actual = kinematics.pose_of(flange @ self.tcp)
+        target = kinematics.pose_of(kinematics.forward(model, self.target, self.tcp))
         runs = self.playing
         felt = raw = np.zeros(6)
         with suppress(Unmeasured):
-            felt, raw = self.felt(), self.forces.measured(self.base_t_flange)[0]
+            raw, _ = self.forces.measured(flange)
+            felt = self.forces.on_tool(flange, self.tcp, self.payload)
         safety = {SafetyMode.NORMAL: 1, SafetyMode.REDUCED: 2, SafetyMode.PROTECTIVE_STOP: 4}.get(self.safety, 0)
         safety |= {SafetyMode.SAFEGUARD_STOP: 16, SafetyMode.ROBOT_EMERGENCY_STOP: 64 | 128}.get(self.safety, 0)
         return {

@@ -149,7 +149,7 @@ class Wrist:
         if self._body.time - news.stamp.simulation_time > _SILENT_SECONDS:
             raise Unmeasured(f"the sensor {news.sensor!r} is silent")
         wrench = np.concatenate([news.value.force, news.value.torque])
-        gravity = (news.world_t_sensor @ np.linalg.inv(self._flange_t_sensor))[:3, :3].T @ self._gravity
+        gravity = self._flange_t_sensor[:3, :3] @ news.world_t_sensor[:3, :3].T @ self._gravity
         return moved(wrench, self._flange_t_sensor), gravity
 
     def find(self) -> None:
@@ -160,20 +160,22 @@ class Wrist:
             status = self._client.physics.status
             if status.engine in ("", "none"):
                 raise Unmeasured(_OFF)
-            name, flange_t_sensor = self._sensor()
-            first = self._client.sensors[name].read()
-            if self._client.sensors[name].status.state != "running":
-                self._client.sensors[name].start()
+            first, flange_t_sensor = self._sensor()
+            sensor = self._client.sensors[first.sensor]
+            if sensor.status.state != "running":
+                sensor.start()
             turn = np.eye(4)
             turn[:3, :3] = turn_of_flange(self._robot, self._model)
         except VirtualRobotError as error:
             raise Unmeasured(str(error)) from error
         self._gravity, self._flange_t_sensor, self._news = status.gravity, turn @ flange_t_sensor, first
         self._fault = ""
-        threading.Thread(target=self._watch, args=(name,), name=f"forces on {self._robot.name}", daemon=True).start()
+        threading.Thread(
+            target=self._watch, args=(first.sensor,), name=f"forces on {self._robot.name}", daemon=True
+        ).start()
 
-    def _sensor(self) -> tuple[str, Floats]:
-        """Return the sensor that hangs on the flange, or on a tool there, and its pose (4, 4) in the flange's frame."""
+    def _sensor(self) -> tuple[Reading, Floats]:
+        """Return a reading of the sensor on the flange, or on a tool there, and its pose (4, 4) in its frame."""
         nodes = {node.name: node for node in self._client.scene.nodes()}
         for name in self._client.sensors:
             node, pose = nodes[name], np.eye(4)
@@ -181,8 +183,9 @@ class Wrist:
                 node, pose = nodes[node.parent], node.parent_t_node @ pose
             if node.name == self._robot.flange:
                 with suppress(UnknownNameError):
-                    if isinstance(self._client.sensors[name].read().value, WrenchReading):
-                        return name, pose
+                    reading = self._client.sensors[name].read()
+                    if isinstance(reading.value, WrenchReading):
+                        return reading, pose
         added = "scene.add_motion_sensor('wrist', virtualrobot.force_torque_sensor(rate=250), parent=robot.flange)"
         raise Unmeasured(f"{self._robot.name!r} has no force and torque sensor on its flange; {added} adds one")
 

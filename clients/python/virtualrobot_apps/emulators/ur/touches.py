@@ -81,13 +81,13 @@ class Touches:
                         places[begun.collision.first, begun.collision.second] = begun.collision
                 nodes = {node.name: node for node in self._client.scene.nodes()} if report.touching else {}
                 parents = {name: node.parent for name, node in nodes.items()}
+                turn = self._client.scene.pose(self._robot)[:3, :3] if report.touching else np.eye(3)
                 own = []
                 for one in report.touching:
                     first, second = one.collision.first, one.collision.second
                     mine = self._carries(first, parents)
                     if one.tolerated or mine == self._carries(second, parents):
                         continue
-                    turn = self._client.scene.pose(self._robot)[:3, :3]
                     normals = places.get((first, second), one.collision).normals
                     own.append((one.simulation_time, (normals if mine else -normals) @ turn))
                 self._own = own

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from virtualrobot.geometry import Matrix
+from virtualrobot.robots.robot import Robot
+
 
 def confdata(joints: Sequence[float], branch: str) -> list[float]:
     """Return cf1, cf4, cf6 and cfx of six joints (rad) and the name of their branch.
@@ -18,3 +21,11 @@ def confdata(joints: Sequence[float], branch: str) -> list[float]:
     behind_axis, down = "back" in words, "down" in words
     quadrants = [float(math.floor(math.degrees(joints[axis]) / 90.0 + 1e-9)) for axis in (0, 3, 5)]
     return [*quadrants, 4.0 * behind_axis + 2.0 * (down != behind_axis) + 1.0 * (joints[4] < 0.0)]
+
+
+def configuration_at(
+    robot: Robot, reference_t_tcp: Matrix, joints: Sequence[float], reference: str = "world"
+) -> list[float]:
+    """Return the configuration of a robot whose joints (rad) bring the tool centre point to a pose."""
+    named = robot.solve_inverse(reference_t_tcp, joints, reference).configurations
+    return confdata(joints, named[0] if named else "")

@@ -16,7 +16,7 @@ from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot.geometry import Matrix
 
-from virtualrobot_apps.languages.rapid.configuration import confdata
+from virtualrobot_apps.languages.rapid.configuration import confdata, configuration_at
 from virtualrobot_apps.languages.rapid.external import External
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.frames import matrix_of, pose_of
@@ -227,10 +227,10 @@ class Placed(Signals):
     def _target_seen(self, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
         """Return the robtarget where the robot is, and leave the kernel's tool centre point alone."""
         state, flange = self.robot.state, self.client.scene.pose(self.robot.flange)
-        named = self.robot.solve_inverse(state.world_t_tcp, seed=list(state.positions)).configurations
+        conf = configuration_at(self.robot, state.world_t_tcp, list(state.positions))
         axes = self.axes_now()
         pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj, axes)) @ flange @ matrix_of(tool[1]))
-        return [*pose, confdata(list(state.positions), named[0] if named else ""), self.axes_told(axes)]
+        return [*pose, conf, self.axes_told(axes)]
 
     def target_at(
         self, joints: np.ndarray, tool: list[Any] | None, wobj: list[Any] | None, axes: np.ndarray | None = None
@@ -250,11 +250,11 @@ class Placed(Signals):
     ) -> list[Any]:
         """Return the robtarget of a tool, where joints (rad) bring the tool centre point of now to a pose."""
         base_t_tcp = np.linalg.inv(self._seat(axes)) @ place
-        named = self.robot.solve_inverse(base_t_tcp, list(joints), self.robot.name).configurations
+        conf = configuration_at(self.robot, base_t_tcp, joints.tolist(), self.robot.name)
         flange = place @ np.linalg.inv(self._selected())
         tcp = flange @ (matrix_of(tool[1]) if tool is not None else self._selected())
         pose = pose_of(np.linalg.inv(self.frame(wobj, axes)) @ tcp)
-        return [*pose, confdata(joints.tolist(), named[0] if named else ""), self.axes_told(axes)]
+        return [*pose, conf, self.axes_told(axes)]
 
     def joints_for(self, target: list[Any], tool: list[Any], wobj: list[Any] | None) -> np.ndarray:
         """Return the joints (rad) that bring a tool to a place, with its configuration where one has it."""

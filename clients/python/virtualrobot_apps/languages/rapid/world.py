@@ -295,7 +295,7 @@ class World(Placed):
         How fast the tool turns on the spot is remembered.
         """
         start = self.place_now() if start is None else start
-        angle, slowest = turn_between(start, pose), math.radians(max(speed[1] * self.speed_share, 1e-3))
+        angle, slowest = turn_between(start, pose), max(math.radians(speed[1] * self.speed_share), SLOWEST_TURN)
         self._turning = slowest
         if via is None:
             length = float(np.linalg.norm(pose[:3, 3] - start[:3, 3]))
