@@ -78,6 +78,11 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
     return result
 
 
+def checked_name(value: object) -> str:
+    """Return what `configuration` answered; raise ComponentFault when it is no text."""
+    return _text("the name", value, "configuration")
+
+
 def checked_results(values: Sequence[object], chain: SerialChain, options: InverseOptions) -> list[InverseResult]:
     """Return what `checked_result` does for each of many answers; their numbers are looked at together."""
     results = [_fitting(value, chain, options) for value in values]
@@ -272,9 +277,9 @@ def _number(what: str, value: object) -> float:
     return float(value)
 
 
-def _text(what: str, value: object) -> str:
+def _text(what: str, value: object, method: str = "inverse") -> str:
     if not isinstance(value, str):
-        raise nonsense(f"inverse returned {_kind(value)} as {what}; it must be text")
+        raise nonsense(f"{method} returned {_kind(value)} as {what}; it must be text")
     # Half of a surrogate pair cannot be sent to anybody.
     return value[:LONGEST_TEXT].encode("utf-8", "backslashreplace").decode()
 

@@ -139,6 +139,17 @@ class Kinematics(Protocol):
         ...
 
 
+class KinematicsWithNames(Kinematics, Protocol):
+    """The kinematics of a chain whose component tells the configuration of a posture without solving for its pose."""
+
+    def configuration(self, q: Floats, /) -> str:
+        """Return the name that `inverse` gives to the posture q (k,) among the solutions of its pose.
+
+        Raises ArgumentError when q has the wrong shape or is not finite.
+        """
+        ...
+
+
 class KinematicsOfMany(Kinematics, Protocol):
     """The kinematics of a chain whose component knows the postures of many poses at once, sooner than one by one."""
 

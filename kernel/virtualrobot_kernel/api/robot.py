@@ -39,7 +39,7 @@ from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
 from virtualrobot_kernel.planning.points import solve_points
-from virtualrobot_kernel.planning.robots import arm_if_chain, arm_of, forward_links
+from virtualrobot_kernel.planning.robots import arm_if_chain, arm_of, forward_links, joint_vector
 from virtualrobot_kernel.planning.solvers import chosen
 from virtualrobot_kernel.world.groups import Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -166,14 +166,21 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         """Tell where links would be."""
         snapshot = self._kernel.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        group = group_selection(request.group, "group")
-        world_t_link, world_t_tcp = forward_links(snapshot, node, dict(request.joint_positions), group)
+        group, positions = group_selection(request.group, "group"), dict(request.joint_positions)
+        world_t_link, world_t_tcp = forward_links(snapshot, node, positions, group)
+
+        def configuration() -> str:
+            arm = arm_of(snapshot, node, group)
+            return self._kernel.solvers.of(snapshot, arm).configuration(joint_vector(snapshot, arm, positions))
+
+        named = await self._kernel.limiter.run([node.uid], configuration) if request.with_configuration else ""
         links = snapshot.structure.robots[node.uid].links
         return robot_pb2.SolveForwardResponse(
             stamp=stamp(snapshot),
             world_t_tcp=pose_message(world_t_tcp),
             links=[snapshot.structure.nodes[uid].name for uid in links],
             world_t_link=poses_array(world_t_link),
+            configuration=named,
         )
 
     async def SolveJacobian(

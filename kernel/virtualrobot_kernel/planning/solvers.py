@@ -19,6 +19,7 @@ from virtualrobot_sdk.answers import (
     checked_frames,
     checked_jacobian,
     checked_many,
+    checked_name,
     checked_result,
     checked_results,
 )
@@ -99,6 +100,13 @@ class Solver:
 
         seed = None if options.seed is None else options.seed.copy()
         return self._asked(checked, "inverse", base_t_tip.copy(), replace(options, seed=seed))
+
+    def configuration(self, q: Floats, /) -> str:
+        """Return the name of the configuration that q (k,) is in; empty where the component has none for it."""
+        if self.running.has("configuration"):
+            return self._asked(checked_name, "configuration", q.copy())
+        found = self.inverse(self.forward(q)[-1], InverseOptions(seed=q, respect_limits=False))
+        return found.configurations[0] if found.configurations else ""
 
     def inverse_each(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> list[InverseResult]:
         """Return what `inverse` does for each of many poses (n, 4, 4), whose answers are checked together.

@@ -71,6 +71,12 @@ class BranchKinematics(ABC):
         """Return the geometric Jacobian (6, k) of the tip at q (k,): linear rows first, in the base frame."""
         return self._chain.jacobian(q)
 
+    def configuration(self, q: ArrayLike, /) -> str:
+        """Return the name of the branch that q (k,) is in, with its full turns."""
+        posture = joint_vector(q, self._names_of_joints)
+        asked = self._chain.forward(posture)[-1], self._free, posture, True, POLISHED, POLISHED
+        return self._name_of(int(find(posture[:, None], self._model, asked, 1)[2][0]))
+
     @abstractmethod
     def inverse(self, base_t_tip: ArrayLike, options: InverseOptions = DEFAULTS, /) -> InverseResult:
         """Return all postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none."""

@@ -51,6 +51,33 @@ def test_all_branches_come_by_name_and_the_present_posture_first(puma: Robot) ->
         np.testing.assert_allclose(puma.solve_forward(one).world_t_tcp, puma.tcp, atol=1e-9)
 
 
+@pytest.mark.parametrize("model", ["model://puma560", "model://irb120", "model://ur5e", IIWA, "model://panda"])
+def test_a_posture_has_the_name_that_its_pose_gives_it(client: Client, model: str, rng: np.random.Generator) -> None:
+    arm = client.load_robot(model, name="arm")
+    joints = arm.joint_names[: 7 if model in (IIWA, "model://panda") else 6]
+    lower, upper = np.clip([(one.lower, one.upper) for one in map(arm.limits.__getitem__, joints)], -3.0, 3.0).T
+    names: set[str] = set()
+    for _ in range(20):
+        q = dict(zip(joints, rng.uniform(lower, upper).tolist(), strict=True))
+        solved = arm.solve_forward(q, with_configuration=True)
+        found = arm.solve_inverse(solved.world_t_tcp, q)
+        here = int(np.abs(found.solutions - list(q.values())).max(axis=1).argmin())
+        np.testing.assert_allclose(found.solutions[here], list(q.values()), atol=1e-6)
+        assert solved.configuration == found.configurations[here]
+        names.add(solved.configuration)
+    assert names == {""} if model == "model://panda" else len(names) > 1
+    assert arm.solve_forward(q).configuration == "", "it was not asked for"
+
+
+def test_full_turns_are_in_the_name_of_a_posture(client: Client) -> None:
+    arm = client.load_robot("model://ur5e", name="arm")
+    q = dict(zip(arm.joint_names, [0.1, -1.2, 1.3, -0.8, 0.9, 0.4], strict=True))
+    name = arm.solve_forward(q, with_configuration=True).configuration
+    last = arm.joint_names[-1]
+    turned = arm.solve_forward({**q, last: q[last] - 2.0 * np.pi}, with_configuration=True).configuration
+    assert turned == f"{name} {last}-1"
+
+
 def test_only_a_named_configuration_is_solved_and_moved_to(puma: Robot) -> None:
     there = puma.tcp
     every = puma.solve_inverse(there)

@@ -132,18 +132,30 @@ def test_a_solver_asked_for_many_poses_compares_each_with_the_tree(rng: np.rando
 
 
 class Together(Chosen):
-    """Component that knows many poses at once, and gives one answer for all."""
+    """Component that has a method besides, of many poses at once or of a name, and gives one answer for all."""
 
-    def __init__(self, answer: object) -> None:
-        """Take the answer."""
+    def __init__(self, answer: object, method: str = "inverse_many") -> None:
+        """Take the answer of the method."""
         self.answer = answer
+        self.method = method
 
     def has(self, method: str) -> bool:
-        return method == "inverse_many"
+        return method == self.method
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  nonsense of any kind
-        assert method == "inverse_many" and len(arguments) == 1
+        assert method == self.method and len(arguments) == 1
         return self.answer
+
+
+def test_a_name_of_a_posture_is_looked_at(rng: np.random.Generator) -> None:
+    snapshot, node = standing("panda")
+    chain = arm_of(snapshot, node).serial()
+    q = rng.uniform(chain.lower, chain.upper)
+    named = Solver(Together("elbow up", "configuration"), chain, None)  # pyright: ignore[reportArgumentType]
+    assert named.configuration(q) == "elbow up"
+    wrong = Solver(Together(b"up", "configuration"), chain, None)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(KernelError, match="configuration returned a bytes as the name; it must be text"):
+        wrong.configuration(q)
 
 
 def test_answers_for_many_poses_are_looked_at(rng: np.random.Generator) -> None:

@@ -735,7 +735,7 @@ class Group(Face):
     @property
     def coordinates(self) -> Order[dict[str, str]]:
         """Joint of each coordinate of the robot, by name in the order of `positions`."""
-    def solve_forward(self, positions: JointPositions | None = ...) -> Order[ForwardSolution]:
+    def solve_forward(self, positions: JointPositions | None = ..., with_configuration: bool = ...) -> Order[ForwardSolution]:
         """Return where links and tool centre point would be; joints that are not named stand as they are now."""
     def solve_jacobian(self, positions: JointPositions | None = ..., points: Iterable[tuple[str, ArrayLike]] = ..., reference: str = ...) -> Order[Jacobians]:
         """Return how the tool centre point, and points fixed to links, tools or held parts, move with the joints."""
@@ -869,7 +869,7 @@ class Robot(Face):
     @property
     def coordinates(self) -> Order[dict[str, str]]:
         """Joint of each coordinate of the robot, by name in the order of `positions`."""
-    def solve_forward(self, positions: JointPositions | None = ...) -> Order[ForwardSolution]:
+    def solve_forward(self, positions: JointPositions | None = ..., with_configuration: bool = ...) -> Order[ForwardSolution]:
         """Return where links and tool centre point would be; joints that are not named stand as they are now."""
     def solve_jacobian(self, positions: JointPositions | None = ..., points: Iterable[tuple[str, ArrayLike]] = ..., reference: str = ...) -> Order[Jacobians]:
         """Return how the tool centre point, and points fixed to links, tools or held parts, move with the joints."""

@@ -40,14 +40,22 @@ class Solver(Mechanism):
     Positions are radians or meters, poses 4x4 arrays.
     """
 
-    def solve_forward(self, positions: JointPositions | None = None) -> ForwardSolution:
-        """Return where links and tool centre point would be; joints that are not named stand as they are now."""
+    def solve_forward(
+        self, positions: JointPositions | None = None, with_configuration: bool = False
+    ) -> ForwardSolution:
+        """Return where links and tool centre point would be; joints that are not named stand as they are now.
+
+        With `with_configuration` the answer has the name of the configuration that the joints are in, too.
+        """
         request = robot_pb2.SolveForwardRequest(
-            robot=self.name, joint_positions=self._named(positions), group=self._group
+            robot=self.name,
+            joint_positions=self._named(positions),
+            group=self._group,
+            with_configuration=with_configuration,
         )
         response = self._services.robot.SolveForward(request)
-        poses = poses_from_rows(array_of(response.world_t_link))
-        return ForwardSolution(pose_of(response.world_t_tcp), dict(zip(response.links, poses, strict=True)))
+        poses = dict(zip(response.links, poses_from_rows(array_of(response.world_t_link)), strict=True))
+        return ForwardSolution(pose_of(response.world_t_tcp), poses, response.configuration)
 
     def solve_jacobian(
         self,

@@ -185,10 +185,17 @@ class LinkPair:
 @shown
 @dataclass(frozen=True, slots=True)
 class ForwardSolution:
-    """Forward kinematics of a posture: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
+    """Forward kinematics of a posture.
+
+    Attributes:
+        world_t_tcp: 4x4, the chosen tool centre point, or without a tool the flange.
+        world_t_link: 4x4 by link name.
+        configuration: the name of the posture's configuration; empty unless it was asked for and has one.
+    """
 
     world_t_tcp: Matrix
     world_t_link: dict[str, Matrix]
+    configuration: str = ""
 
 
 @shown

@@ -178,7 +178,7 @@ class WatchRobotStatesResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ..., ticks: _Optional[_Iterable[_Union[WatchRobotStatesResponse, _Mapping]]] = ..., lost_ticks: _Optional[int] = ...) -> None: ...
 
 class SolveForwardRequest(_message.Message):
-    __slots__ = ("robot", "joint_positions", "group")
+    __slots__ = ("robot", "joint_positions", "group", "with_configuration")
     class JointPositionsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -189,22 +189,26 @@ class SolveForwardRequest(_message.Message):
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
     GROUP_FIELD_NUMBER: _ClassVar[int]
+    WITH_CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_positions: _containers.ScalarMap[str, float]
     group: _nodes_pb2.GroupSelection
-    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
+    with_configuration: bool
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., with_configuration: bool = ...) -> None: ...
 
 class SolveForwardResponse(_message.Message):
-    __slots__ = ("stamp", "world_t_tcp", "links", "world_t_link")
+    __slots__ = ("stamp", "world_t_tcp", "links", "world_t_link", "configuration")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
     LINKS_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_LINK_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     world_t_tcp: _geometry_pb2.Pose
     links: _containers.RepeatedScalarFieldContainer[str]
     world_t_link: _geometry_pb2.NumericArray
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    configuration: str
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configuration: _Optional[str] = ...) -> None: ...
 
 class SolveJacobianRequest(_message.Message):
     __slots__ = ("robot", "joint_positions", "points", "group")

@@ -22,7 +22,7 @@ from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramErr
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid.cell import Cell
-from virtualrobot_apps.languages.rapid.configuration import configuration_at
+from virtualrobot_apps.languages.rapid.configuration import confdata
 from virtualrobot_apps.languages.rapid.frames import matrix_of, pose_of
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.predefined import VARIABLES
@@ -101,7 +101,6 @@ class Controller:
             f"T_ROB{number}": Unit(f"T_ROB{number}", f"ROB_{number}", robot) for number, robot in enumerate(robots, 1)
         }
         self._robots = {unit.name: client.robot(unit.robot) for unit in self.units.values()}
-        self._confs: dict[str, tuple[tuple[float, ...], list[float]]] = {}
         self.motors_on, self.cycle = True, "forever"
         self.queues: dict[str, deque[Queued]] = {}
         self.listeners: set[Callable[[dict[str, Any]], None]] = set()
@@ -422,8 +421,9 @@ class Controller:
         """
         unit = self.robot_of(mechanical_unit)
         robot = self._robots[unit.name]
-        poses = self.client.scene.poses((robot.name, robot.flange))
-        base, flange = poses[robot.name], poses[robot.flange]
+        joints = robot.state.positions.tolist()
+        solved = robot.solve_forward(joints, with_configuration=True)
+        base, flange = solved.world_t_link[robot.links[0]], solved.world_t_link[robot.flange]
         frames = {"base": base, "world": np.eye(4)}
         if coordinate.lower() == "wobj":
             data = self._data(unit, wobj, "wobjdata")
@@ -431,11 +431,8 @@ class Controller:
         if coordinate.lower() not in frames:
             raise unknown("coordinate system", coordinate, ("Base", "World", "Wobj"))
         world_t_tcp = flange @ matrix_of(self._data(unit, tool, "tooldata")[1])
-        state = robot.state
-        joints = tuple(state.positions)
-        if self._confs.get(unit.name, ((), []))[0] != joints:  # an arm that stands is asked again and again
-            self._confs[unit.name] = joints, configuration_at(robot, state.world_t_tcp, joints)
-        return pose_of(np.linalg.inv(frames[coordinate.lower()]) @ world_t_tcp), self._confs[unit.name][1]
+        conf = confdata(joints, solved.configuration)
+        return pose_of(np.linalg.inv(frames[coordinate.lower()]) @ world_t_tcp), conf
 
     def _data(self, unit: Unit, name: str, kind: str) -> list[Any]:
         if name.lower() in ("tool0", "wobj0"):

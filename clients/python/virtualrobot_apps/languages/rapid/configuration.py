@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from virtualrobot.geometry import Matrix
 from virtualrobot.robots.robot import Robot
 
 
@@ -23,9 +22,6 @@ def confdata(joints: Sequence[float], branch: str) -> list[float]:
     return [*quadrants, 4.0 * behind_axis + 2.0 * (down != behind_axis) + 1.0 * (joints[4] < 0.0)]
 
 
-def configuration_at(
-    robot: Robot, reference_t_tcp: Matrix, joints: Sequence[float], reference: str = "world"
-) -> list[float]:
-    """Return the configuration of a robot whose joints (rad) bring the tool centre point to a pose."""
-    named = robot.solve_inverse(reference_t_tcp, joints, reference).configurations
-    return confdata(joints, named[0] if named else "")
+def configuration_at(robot: Robot, joints: Sequence[float]) -> list[float]:
+    """Return the configuration of a robot whose joints (rad) are there."""
+    return confdata(joints, robot.solve_forward(joints, with_configuration=True).configuration)

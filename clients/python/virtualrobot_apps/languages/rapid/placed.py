@@ -227,7 +227,7 @@ class Placed(Signals):
     def _target_seen(self, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
         """Return the robtarget where the robot is, and leave the kernel's tool centre point alone."""
         state, flange = self.robot.state, self.client.scene.pose(self.robot.flange)
-        conf = configuration_at(self.robot, state.world_t_tcp, list(state.positions))
+        conf = configuration_at(self.robot, list(state.positions))
         axes = self.axes_now()
         pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj, axes)) @ flange @ matrix_of(tool[1]))
         return [*pose, conf, self.axes_told(axes)]
@@ -249,8 +249,7 @@ class Placed(Signals):
         axes: np.ndarray,
     ) -> list[Any]:
         """Return the robtarget of a tool, where joints (rad) bring the tool centre point of now to a pose."""
-        base_t_tcp = np.linalg.inv(self._seat(axes)) @ place
-        conf = configuration_at(self.robot, base_t_tcp, joints.tolist(), self.robot.name)
+        conf = configuration_at(self.robot, joints.tolist())
         flange = place @ np.linalg.inv(self._selected())
         tcp = flange @ (matrix_of(tool[1]) if tool is not None else self._selected())
         pose = pose_of(np.linalg.inv(self.frame(wobj, axes)) @ tcp)
