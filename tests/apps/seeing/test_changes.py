@@ -93,6 +93,35 @@ def test_a_registration_is_exact_without_noise(rng: np.random.Generator) -> None
     assert found.share == 1.0
 
 
+def test_the_robot_says_how_far_it_has_come_along_a_corridor(rng: np.random.Generator) -> None:
+    """Walls tell all but that; clouds alone, each with its noise, would be laid on each other anywhere along it."""
+    corridor: list[Box] = [
+        ((-30.0, 1.0, -0.1), (30.0, 4.0, 0.0)),
+        ((-30.0, 1.0, 2.6), (30.0, 4.0, 2.7)),
+        ((-30.0, 0.9, 0.0), (30.0, 1.0, 2.6)),
+        ((-30.0, 4.0, 0.0), (30.0, 4.1, 2.6)),
+    ]
+    pose = again(rng)
+    first, second = (scanned(corridor, each, rng, COARSE).points for each in (POSE, pose))
+    off = (POSE @ registered(first, second, np.eye(4)).pose)[:3, 3] - pose[:3, 3]
+    assert abs(off[0] - (POSE - pose)[0, 3]) < 0.005 and np.abs(off[1:]).max() < 0.005
+
+
+def test_things_that_have_moved_lead_no_scan_astray(rng: np.random.Generator) -> None:
+    """Each by 0.1 to 0.25 m, so that its points are within reach of where they were: the walls outvote it."""
+    moved: list[Box] = [
+        ((5.0, 0.3, 0.0), (6.4, 1.1, 0.8)),
+        ((2.7, 4.1, 0.0), (4.1, 4.9, 1.9)),
+        ((4.3, 3.0, 0.0), (4.7, 3.4, 1.1)),
+        ((6.0, 2.0, 0.7), (6.8, 3.4, 0.75)),
+    ]
+    pose = again(rng)
+    first = scanned(ROOM, POSE, rng, COARSE).points
+    found = registered(first, scanned([*room(7.0, 5.0, 2.6), *moved], pose, rng, COARSE).points, np.eye(4)).pose
+    off = np.linalg.inv(np.linalg.inv(POSE) @ pose) @ found
+    assert np.linalg.norm(off[:3, 3]) < 0.006
+
+
 def test_bad_scans_are_refused_in_words(rng: np.random.Generator) -> None:
     scan = scanned(ROOM, POSE, rng, COARSE)
     with pytest.raises(InvalidArgumentError, match="both scans are the same to the bit"):

@@ -22,6 +22,7 @@ def patrol(target: Target, seed: int, headless: bool, speed: float | None) -> No
     from virtualrobot_apps.seeing.navigation.command import check_packages
 
     check_packages()
+    check_packages("seeing")
     from virtualrobot_apps.demos.patrol import run
 
     with stepped(target, None, headless) as client:

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.seeing.changes.registering import Registration, off_planes, registered
+from virtualrobot_apps.seeing.changes.registering import Registration, moved, off_planes, registered
 from virtualrobot_apps.seeing.changes.scan import Floats, Scan
 
 BEFORE = 0.02
@@ -92,19 +92,15 @@ def compare(before: Scan, after: Scan) -> Comparison:
             "are needed: is it of the same place?"
         )
     back = np.asarray(np.linalg.inv(found.pose), np.float64)
-    new = after.points[_unseen(before.points, _moved(found.pose, after.points), found.deviation)]
-    gone = before.points[_unseen(after.points, _moved(back, before.points), found.deviation)]
+    new = after.points[_unseen(before.points, moved(found.pose, after.points), found.deviation)]
+    gone = before.points[_unseen(after.points, moved(back, before.points), found.deviation)]
     changes = [
         *_things(
-            _moved(before.world_t_sensor @ found.pose, new), np.linalg.norm(new, axis=1), _step(after.points), True
+            moved(before.world_t_sensor @ found.pose, new), np.linalg.norm(new, axis=1), _step(after.points), True
         ),
-        *_things(_moved(before.world_t_sensor, gone), np.linalg.norm(gone, axis=1), _step(before.points), False),
+        *_things(moved(before.world_t_sensor, gone), np.linalg.norm(gone, axis=1), _step(before.points), False),
     ]
     return Comparison(tuple(sorted(changes, key=lambda one: -one.volume)), found)
-
-
-def _moved(pose: Floats, points: Floats) -> Floats:
-    return points @ pose[:3, :3].T + pose[:3, 3]
 
 
 def _step(points: Floats) -> float:

@@ -1,8 +1,8 @@
 """Registration of clouds: the pose at which the points of one lie on the surfaces of the other.
 
-Y. Chen, G. Medioni, Object Modelling by Registration of Multiple Range Images, Image and Vision Computing 10, 1992:
-each point is drawn to the plane through its neighbours in the other cloud. What the robot says about the pose is one
-more measurement.
+GICP of small_gicp: A. Segal, D. Haehnel, S. Thrun, Generalized-ICP, Robotics: Science and Systems 2009. Where surfaces
+leave a direction free, as along a corridor, what the robot says stays: J. Zhang, M. Kaess, S. Singh, On Degeneracy of
+Optimization-based State Estimation Problems, IEEE ICRA 2016.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import small_gicp
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
@@ -18,14 +19,14 @@ from virtualrobot_apps.seeing.spreads import spreads
 
 SPACING = 0.06
 """Distance (m) between points that are registered."""
-NEIGHBOURS = 12
+NEIGHBOURS = 30
 """Number of points that a plane goes through."""
 REACH, CLOSE = 0.4, 0.06
-"""Distance (m) up to which a point is drawn at first, and at the end; within the latter it fits."""
-METERS, RADIANS = 0.1, 0.05
-"""Deviations of what the robot says about the pose."""
+"""Distance (m) up to which a point is drawn at first, and at the end; within twice the latter it fits."""
+FREE = 0.005
+"""Information about a direction, as part of that about the best known one, below which surfaces leave it free."""
 LEAST_DEVIATION = 0.001
-_STEPS, _STILL = 30, 1e-6
+_STEPS, _STILL = 40, 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,40 +44,55 @@ class Registration:
 
 def registered(first: Floats, second: Floats, guess: Floats) -> Registration:
     """Return the pose of points (m, 3) in the frame of others (n, 3), from the robot's guess (4, 4) on."""
-    tree = KDTree(first)
-    source = thinned(second)
-    pose, reach = np.array(guess, np.float64), REACH
-    deviation, prior = CLOSE, np.array([METERS] * 3 + [RADIANS] * 3) ** -2.0
-    for _ in range(_STEPS):
-        points = source @ pose[:3, :3].T + pose[:3, 3]
-        off, normals = off_planes(tree, first, points, reach)
-        drawn = np.isfinite(off)
-        if drawn.sum() < 6:
-            break
-        off, normals = off[drawn], normals[drawn]
-        deviation = max(LEAST_DEVIATION, 1.4826 * float(np.median(np.abs(off))))
-        # P. J. Huber's loss: what is far draws no harder.
-        weights = np.minimum(1.0, 1.345 * deviation / np.maximum(np.abs(off), 1e-12)) / deviation**2
-        arms = points[drawn] - pose[:3, 3]
-        slope = np.hstack([normals, np.cross(arms, normals)])
-        change = guess[:3, :3] @ pose[:3, :3].T
-        behind = np.concatenate([pose[:3, 3] - guess[:3, 3], -Rotation.from_matrix(change).as_rotvec()])
-        weighted = slope * weights[:, None]
-        step = -np.linalg.solve(weighted.T @ slope + np.diag(prior), weighted.T @ off + prior * behind)
-        pose[:3, 3] += step[:3]
-        pose[:3, :3] = Rotation.from_rotvec(step[3:]).as_matrix() @ pose[:3, :3]
-        settled = reach <= CLOSE
-        reach = max(CLOSE, 0.6 * reach)
-        if settled and float(np.abs(step).max()) < _STILL:
-            break
-    away, _ = tree.query(source @ pose[:3, :3].T + pose[:3, 3], distance_upper_bound=2.0 * CLOSE)
+    target, tree = small_gicp.preprocess_points(first, SPACING)
+    source, _ = small_gicp.preprocess_points(second, SPACING)
+    pose = np.array(guess, np.float64)
+    for reach in (REACH, CLOSE):
+        found = small_gicp.align(
+            target,
+            source,
+            tree,
+            pose,
+            max_correspondence_distance=reach,
+            max_iterations=_STEPS,
+            rotation_epsilon=_STILL,
+            translation_epsilon=_STILL,
+        )
+        pose = np.asarray(found.T_target_source, np.float64)
+    near, points = KDTree(first), thinned(second)
+    off, normals = off_planes(near, first, moved(pose, points), CLOSE)
+    lies = np.isfinite(off)
+    deviation = CLOSE
+    if lies.any():
+        deviation = max(LEAST_DEVIATION, 1.4826 * float(np.median(np.abs(off[lies]))))
+        pose = _known(pose, guess, points[lies] @ pose[:3, :3].T, normals[lies])
+    away, _ = near.query(moved(pose, points), distance_upper_bound=2.0 * CLOSE)
     return Registration(pose, float(np.isfinite(away).mean()), deviation)
+
+
+def _known(pose: Floats, guess: Floats, arms: Floats, normals: Floats) -> Floats:
+    """Return a pose (4, 4), as the guess has it along what planes, with normals (n, 3) at arms (n, 3), leave free."""
+    size = float(np.sqrt((arms**2).sum(axis=1).mean()))
+    slope = np.hstack([normals, np.cross(arms, normals) / size])
+    information, along = np.linalg.eigh(slope.T @ slope)
+    free = along[:, information < FREE * information[-1]]
+    turn = Rotation.from_matrix(guess[:3, :3] @ pose[:3, :3].T).as_rotvec()
+    back = free @ free.T @ np.concatenate([guess[:3, 3] - pose[:3, 3], turn * size])
+    known = pose.copy()
+    known[:3, :3] = Rotation.from_rotvec(back[3:] / size).as_matrix() @ pose[:3, :3]
+    known[:3, 3] += back[:3]
+    return known
+
+
+def moved(pose: Floats, points: Floats) -> Floats:
+    """Return points (n, 3) of a frame in that in which it has a pose (4, 4)."""
+    return points @ pose[:3, :3].T + pose[:3, 3]
 
 
 def thinned(points: Floats, spacing: float = SPACING) -> Floats:
     """Return one of the points (n, 3) in each cube of an edge (m)."""
-    _, first = np.unique(np.floor(points / spacing).astype(np.int64), axis=0, return_index=True)
-    return points[np.sort(first)]
+    keys = np.floor((points - points.min(axis=0)) / spacing).astype(np.int64) @ [1, 1 << 21, 1 << 42]
+    return points[np.sort(np.unique(keys, return_index=True)[1])]
 
 
 def off_planes(

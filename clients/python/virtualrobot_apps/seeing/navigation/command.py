@@ -28,6 +28,7 @@ SPEED = click.option(
 )
 LIDAR = click.option("--lidar", metavar="SENSOR", help="The lidar [the one of the robot that is called so].")
 ENCODERS = click.option("--encoders", metavar="SENSOR", help="The encoders [the ones that are called so].")
+_PACKAGES = {"navigation": ("pyastar2d", "scipy"), "seeing": ("scipy", "small_gicp")}
 FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="MAP.yaml")
 
 
@@ -143,10 +144,10 @@ def check_file(file: Path) -> None:
         raise click.UsageError(f"there is no folder {file.parent}")
 
 
-def check_packages() -> None:
-    """Raise WrongStateError, which says how to install them, where packages are missing."""
-    if missing := [name for name in ("pyastar2d", "scipy") if importlib.util.find_spec(name) is None]:
-        raise WrongStateError(f"navigation needs {' and '.join(missing)}: pip install 'virtualrobot[navigation]'")
+def check_packages(extra: str = "navigation") -> None:
+    """Raise WrongStateError, which says how to install them, where packages of an extra are missing."""
+    if missing := [name for name in _PACKAGES[extra] if importlib.util.find_spec(name) is None]:
+        raise WrongStateError(f"{extra} needs {' and '.join(missing)}: pip install 'virtualrobot[{extra}]'")
 
 
 def _vehicle(client: Client, robot: str, lidar: str | None, encoders: str | None) -> Vehicle:
