@@ -106,7 +106,7 @@ class Navigator:
         self._said = ""
         self._unforeseen = Unforeseen()
         self._heard = Heard()
-        self._distances = Distances()
+        self._distances = Distances(~where.grid.free)
         self._scan: Scan | None = None
         self._surroundings = Surroundings(np.zeros((0, 2)))
         self._last: Observation | None = None

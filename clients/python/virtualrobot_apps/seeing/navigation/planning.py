@@ -64,7 +64,7 @@ class Costmap:
         away = (distances or Distances()).of(~free, rows, columns)
         away *= grid.resolution
         away -= 0.5 * grid.resolution
-        return cls(grid, footprint, blocked, free | blocked, np.maximum(away, 0.0).astype(np.float32))
+        return cls(grid, footprint, blocked, free | blocked, np.maximum(away, 0.0, out=away))
 
 
 class Planner:

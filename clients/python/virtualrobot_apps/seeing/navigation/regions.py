@@ -11,22 +11,34 @@ from scipy import ndimage
 from virtualrobot_apps.seeing.navigation.poses import Floats
 
 Mask = NDArray[np.bool_]
+Cells = NDArray[np.float32]
 _ndimage: Any = ndimage
 
 
-def apart(others: Mask) -> Floats:
+def apart(others: Mask) -> Cells:
     """Return how many cells each one (rows, columns) is from the nearest of others; inf where there are none."""
-    return _ndimage.distance_transform_edt(~others) if others.any() else np.full(others.shape, np.inf)
+    if not others.any():
+        return np.full(others.shape, np.inf, np.float32)
+    # Which one is nearest is asked for, and whole numbers are squared: half the time that scipy needs for distances.
+    off = np.empty((2, *others.shape), np.int32)
+    _ndimage.distance_transform_edt(~others, return_distances=False, return_indices=True, indices=off)
+    rows, columns = off
+    rows -= np.arange(others.shape[0], dtype=np.int32)[:, None]
+    columns -= np.arange(others.shape[1], dtype=np.int32)
+    np.square(off, out=off)
+    rows += columns
+    return np.sqrt(rows, dtype=np.float32)
 
 
 class Distances:
     """Distances of cells from what stays and from what is seen besides: the first ones are measured once."""
 
-    def __init__(self) -> None:
-        """Begin with nothing measured."""
-        self._staying, self._away = np.zeros((0, 0), bool), np.zeros((0, 0))
+    def __init__(self, staying: Mask | None = None) -> None:
+        """Measure those from what stays; None: nothing yet."""
+        self._staying = np.zeros((0, 0), bool) if staying is None else staying
+        self._away = apart(self._staying)
 
-    def of(self, staying: Mask, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Floats:
+    def of(self, staying: Mask, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Cells:
         """Return how many cells each one is from the nearest of `staying` and of cells (n,); inf where there are none.
 
         Those from `staying` are measured anew where it differs from the last one.
