@@ -86,7 +86,6 @@ def test_a_person_draws_curves(console: Console, stepped: Stubs, stepped_kernel:
             field.fill("/robots/nobody/tcp")
             field.press("Enter")
             expect(page.get_by_role("region", name="What happens").get_by_role("alert")).to_contain_text("nobody")
-            page.screenshot(path="/tmp/curves.png")
             page.get_by_title("Draw /robots/nobody/tcp no more").click()
             expect(page.get_by_role("region", name="What happens").get_by_role("alert")).to_have_count(0)
             page.get_by_title("Draw /robots/arm/tcp:z no more").click()
@@ -98,11 +97,16 @@ def test_joints_are_drawn_over_the_last_minute(console: Console, stepped: Stubs,
     with virtualrobot.connect(stepped_kernel.address) as client:
         arm = client.load_robot(IIWA, name="arm")
         with browsers() as browser, opened(browser, console.url + PLAIN) as page:
-            drawn = page.locator("[data-from]")
-            expect(drawn).to_have_attribute("data-from", "-1.0")
+            drawn, begin = page.locator("[data-from]"), client.clock.simulation_time
+            drawn.wait_for()
+
+            def is_drawn_from(seconds: float) -> bool:
+                return float(drawn.get_attribute("data-from") or "nan") == pytest.approx(begin + seconds, abs=0.06)
+
+            until(lambda: is_drawn_from(-1.0))
             for _ in range(5):
                 step(stepped, 5_000)  # 20 s
-            expect(drawn).to_have_attribute("data-from", "40.0")
+            until(lambda: is_drawn_from(40.0))
             arm.start(arm.ptp([0.1] * 7), wait=False)
             step(stepped, 250)
-            expect(drawn).to_have_attribute("data-from", "41.0")
+            until(lambda: is_drawn_from(41.0))

@@ -14,7 +14,7 @@ from tests.api.asking import IIWA
 from tests.api.reading import scene
 from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
-from tests.apps.console.test_program_page import ended, step_row
+from tests.apps.console.test_program_page import ended, motions, step_row
 from tests.kernels import KernelProcess, Stubs
 
 pytestmark = [*needs_page, pytest.mark.long]
@@ -28,6 +28,7 @@ def test_a_person_teaches_a_pick_and_a_place(
     console: Console, stepped: Stubs, stepped_kernel: KernelProcess, tmp_path: Path
 ) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
+        before = len(motions(stepped))  # of other tests
         arm = client.load_robot(IIWA, name="iiwa")
         arm.postures.add("home", HOME)
         states = {"off": {}, "on": {}}
@@ -76,7 +77,7 @@ def test_a_person_teaches_a_pick_and_a_place(
 
             # Played: the brick is where the arm was taught, in the tool as it was picked, and the arm is at home.
             page.locator("#play").click()
-            assert ended(page, stepped, 1).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
+            assert ended(page, stepped, before + 1).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
             np.testing.assert_allclose(arm.positions, HOME, atol=1e-6)
             assert client.scene.node("brick").parent == "table"
             assert arm.state.tool_states["cup"] == "off"

@@ -166,7 +166,7 @@ def test_an_upload_that_is_cancelled_or_cut_off_changes_nothing(
             page.get_by_role("tab", name="Library").click()
             # The request waits until the person cancels it.
             page.route("**/UploadAsset", lambda route: None)
-            give(page, ("wedge.obj", TETRAHEDRON))
+            give(page, ("wedge.obj", TETRAHEDRON + b"# a file which the kernel hasn't from another test"))
             page.locator("#loading").get_by_title("Cancel: nothing changes").click()
             expect(page.locator("#loading")).to_have_count(0)
             expect(page.locator("#last")).to_contain_text("cancelled; nothing has changed")

@@ -34,7 +34,7 @@ def step_row(page: Page, number: int) -> Locator:
 
 
 def ended(page: Page, stubs: Stubs, count: int) -> motion_pb2.Motion:
-    """Return the last of so many motions when it has ended and the page knows; time goes on meanwhile."""
+    """Return the last motion, when there are so many, it has ended and the page knows; time goes on meanwhile."""
 
     def over() -> bool:
         step(stubs, 20)
@@ -54,6 +54,7 @@ def test_a_person_teaches_and_plays_a_program(
     with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
         arm = client.load_robot(IIWA, name="iiwa")
         arm.set_positions(HERE)
+        before = len(motions(stepped))  # of other tests
         client.signals.create("part")
         with opened(browser, console.url + PLAIN) as page:
             row(page, "iiwa").click()
@@ -99,7 +100,7 @@ def test_a_person_teaches_and_plays_a_program(
 
             for number in (1, 2, 3):
                 until(lambda number=number: is_lit(number))
-            assert ended(page, stepped, 1).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
+            assert ended(page, stepped, before + 1).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
             assert client.signals["part"] is True
             # A line keeps no posture: the elbow of this arm is free.
             np.testing.assert_allclose(arm.tcp, there, atol=1e-3)
@@ -107,7 +108,7 @@ def test_a_person_teaches_and_plays_a_program(
             # Two steps back are no motion, for waits and signals have no way back; the third leads to the first place.
             for _ in range(3):
                 page.get_by_title("One step back").click()
-            ended(page, stepped, 2)
+            ended(page, stepped, before + 2)
             np.testing.assert_allclose(state(stepped, "iiwa").positions, HERE, atol=1e-3)
             expect(step_row(page, 2)).to_have_class(re.compile(r"\bnext\b"))
 
@@ -115,7 +116,7 @@ def test_a_person_teaches_and_plays_a_program(
             page.get_by_title("One step", exact=True).click()
             until(lambda: is_lit(2))
             page.get_by_title("End the program").click()
-            motion = ended(page, stepped, 3)
+            motion = ended(page, stepped, before + 3)
             assert (motion.phase, motion.end_cause) == (motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.END_CAUSE_CALL)
 
             # A file in place of it, and one that is none: the kernel's words, and the steps stay.
@@ -137,4 +138,4 @@ def test_a_person_teaches_and_plays_a_program(
             page.locator("#play").click()
             expect(page.locator("#last")).to_contain_text("step 2: ")
             expect(page.locator("#last")).to_contain_text("P2")
-            assert len(motions(stepped)) == 3
+            assert len(motions(stepped)) == before + 3

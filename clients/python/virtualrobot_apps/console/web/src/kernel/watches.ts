@@ -37,8 +37,8 @@ export function watch(): void {
   void follow(
     () => service.kernel.watchClock({ maxRateHertz: 4 }),
     (said) => {
-      world.clock.value = said.clock;
       world.simulationTime.value = said.stamp?.simulationTimeSeconds ?? 0;
+      world.clock.value = said.clock;
     },
   );
   void follow(

@@ -1,8 +1,8 @@
 // Joints of the chosen robot over time.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
-import { chosen, hearers, robots, simulationTime, states } from "../kernel/world";
+import { chosen, clock, hearers, robots, simulationTime, states } from "../kernel/world";
 import { chart, LINE_COLORS } from "../parts/chart";
 import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
@@ -23,10 +23,12 @@ const paused = signal(false);
 const unseen = signal<ReadonlySet<string>>(new Set());
 const samples: { times: number[]; positions: number[][]; velocities: number[][] } = { times: [], positions: [], velocities: [] };
 
+const isTimed = computed(() => clock.value !== undefined);
+
 effect(() => {
   void chosen.value;
   forget();
-  take(simulationTime.peek());
+  if (isTimed.value) take(simulationTime.peek());
 });
 
 hearers.states.add(take);
