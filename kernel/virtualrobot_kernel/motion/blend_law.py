@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,8 @@ _FINER = 5
 #: Excess over a limit below which a stretch of the whole law settles it; of a law that begins at speed, none.
 _NEARLY, _ROUNDS, _ROUNDING = 1.002, 20, 1e-6
 _TINY = 1e-200
+#: Relative difference of limits that comes from rounding.
+_SAME = 1e-9
 #: Share of a law's duration between its breaks and the places beside them that are looked at.
 _BESIDE = 1e-9
 
@@ -46,6 +48,11 @@ class _Move:
         self.acceleration /= factor**2
         self.jerk /= factor**3
 
+    def is_like(self, other: _Move) -> bool:
+        """Return whether another move has the same limits, but for rounding."""
+        ours, theirs = astuple(self), astuple(other)
+        return all(math.isclose(one, two, rel_tol=_SAME) for one, two in zip(ours, theirs, strict=True))
+
 
 def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> PiecewisePolynomial:
     """Return the law s(tau) to rest with which all rates along the path keep their limits: cubic pieces.
@@ -57,12 +64,16 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
     It begins with s' = `entry` and s'' = 0; raises KernelError where no such law from that speed is found.
 
     Two kinds of limits of the moves are tried, those that are kept whatever the move's rate is, and those of moves that
-    don't bend, which have to become smaller where they do: the sooner law counts.
+    don't bend, which have to become smaller where they do: the sooner law counts. Where no move bends both are the same.
     """
     passing = [_passing(whole.path, part, rates) for part in whole.corners]
     laws: list[PiecewisePolynomial] = []
+    before: list[_Move] = []
     for limits in (_move, _straight_move):
         moves = [limits(whole.path, part, rates) for part in whole.moves]
+        if laws and all(one.is_like(other) for one, other in zip(before, moves, strict=True)):
+            continue
+        before = [replace(move) for move in moves]
         try:
             laws.append(_law_with(whole, rates, moves, list(passing), entry, 1 if limits is _move else _FINER))
         except KernelError:

@@ -49,7 +49,7 @@ def free_program(space: PathSpace, snapshot: Snapshot, query: PathQuery, waypoin
     while True:
         go_on()
         program, index = planned_program(snapshot, query, waypoints, zones)
-        contact = space.meets_program(program, index)
+        contact = space.meets_program(program, index, waypoints)
         if contact is None:
             return FreeProgram(tuple(zones), program.duration)
         if not _shrink(zones, program, contact):

@@ -13,6 +13,9 @@ LineIsFree = Callable[[Floats, Floats], bool]
 TRIES = 60
 """Number of random shortcuts tried."""
 
+WORTH = 0.02
+"""Least share of a path's length that a shortcut saves; less is not worth a look, and another corner."""
+
 NEAR = 1e-6
 """Greatest difference of waypoints that count as one, in rad or m."""
 
@@ -45,7 +48,8 @@ def shortened(waypoints: Floats, free: LineIsFree, rng: np.random.Generator, go_
         if rows[0] == rows[1]:
             continue
         begin, end = (_at(path, gone, place, row) for place, row in zip((first, last), rows.tolist(), strict=True))
-        if free(begin, end):
+        saved = last - first - float(np.linalg.norm(end - begin))
+        if saved > WORTH * gone[-1] and free(begin, end):
             path = distinct(np.concatenate([path[: rows[0] + 1], [begin, end], path[rows[1] + 1 :]]))
     return _straightened(path, free, go_on)
 

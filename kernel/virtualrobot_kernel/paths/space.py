@@ -30,6 +30,10 @@ REACH = 0.2
 """Greatest length of a tree's edges, as a share of the diagonal of the room that the joints have; as OMPL has it."""
 
 
+ON_LINE = 1e-9
+"""Distance in any joint (rad or m) up to which a place is on a line."""
+
+
 class Moved(Protocol):
     """Joints that a query is about, (k,), and their limits; see `PathQuery`."""
 
@@ -157,25 +161,30 @@ class PathSpace:
         """
         return self.first_on(joint_line(begin, end))
 
-    def meets_program(self, program: Program, index: NDArray[np.int32]) -> SweptContact | None:
-        """Return the first contact of a program from the start, whose columns are at `index` in q: proven."""
+    def meets_program(self, program: Program, index: NDArray[np.int32], proven: Floats) -> SweptContact | None:
+        """Return the first contact of a program from the start, whose columns are at `index` in q: proven.
+
+        The lines between `proven` (n, k) are free, so only what leaves them is looked at.
+        """
         for begin, stage in zip(program.begins, program.stages, strict=False):
             if stage.plan is None:
                 continue
             assert np.array_equal(index[list(stage.columns)], self._query.q_index), "it moves the arm's joints alone"
             (track,) = stage.plan.tracks
-            contact = self.first_on(track.path)
+            contacts = (self.first_on(track.path, stretch) for stretch in off_lines(track.path, proven))
+            contact = next(filter(None, contacts), None)
             if contact is not None:
                 return replace(contact, time=begin + nominal_time(track.time_law, contact.time, 0.0))
         return None
 
-    def first_on(self, path: PiecewisePolynomial) -> SweptContact | None:
-        """Return the first contact on a path of the arm's joints, by its parameter: proven, not sampled.
+    def first_on(self, path: PiecewisePolynomial, stretch: tuple[float, float] | None = None) -> SweptContact | None:
+        """Return the first contact on a path of the arm's joints, or on a stretch of it, by its parameter: proven.
 
         Its begin is free.
         """
         self.checks += 1
         way = of_path(self._snapshot.state.q, self._query.q_index, path)
+        way = replace(way, begin=stretch[0], end=stretch[1]) if stretch else way
         for begin, end in self._certain.doubts(way, 0.5 * RESOLUTION):
             contact = first_contact(
                 self._scene,
@@ -187,6 +196,20 @@ class PathSpace:
             if contact is not None:
                 return contact
         return None
+
+
+def off_lines(path: PiecewisePolynomial, waypoints: Floats) -> list[tuple[float, float]]:
+    """Return the stretches of a path, by its parameter, that are not on the lines between waypoints (n, k)."""
+    found: list[tuple[float, float]] = []
+    way, breaks = np.diff(waypoints, axis=0), path.breaks.tolist()
+    apart = path.evaluate(path.breaks)[:, None] - waypoints[:-1]
+    share = np.clip((apart * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
+    on_line = np.abs(apart - share[:, :, None] * way).max(axis=2) < ON_LINE
+    straight = ~path.coefficients[:, 2:].any(axis=(1, 2)) & (on_line[:-1] & on_line[1:]).any(axis=1)
+    for row in np.flatnonzero(~straight).tolist():
+        begin = found.pop()[0] if found and found[-1][1] == breaks[row] else breaks[row]
+        found.append((begin, breaks[row + 1]))
+    return found
 
 
 def _up(parents: NDArray[np.int64], row: int) -> list[int]:

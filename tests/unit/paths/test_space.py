@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from virtualrobot_kernel.paths.find import find_path
-from virtualrobot_kernel.paths.space import PathSpace
+from virtualrobot_kernel.paths.program import planned_program
+from virtualrobot_kernel.paths.space import PathSpace, off_lines
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -84,3 +85,30 @@ def test_lines_that_are_certain_keep_the_limits_of_joints_and_of_actuators() -> 
             assert space.is_certain(space.start, space.start + (most + beyond - space.start[0]) * first, 0.1, 0.0) == (
                 beyond < 0
             )
+
+
+def test_all_of_a_rounded_motion_but_its_corners_is_on_the_lines_between_waypoints(
+    rng: np.random.Generator, draws: Draws
+) -> None:
+    """A sample is on a line where its ways to both ends are as long together as the line is."""
+    snapshot = walled()
+    question = query(snapshot, "iiwa", RIGHT)
+    start = snapshot.state.q[question.q_index]
+    for _ in range(draws(10)):
+        waypoints = np.vstack([start, rng.uniform(question.lower, question.upper, (3, len(start)))])
+        program, _ = planned_program(snapshot, question, waypoints, [float(rng.uniform(5.0, 50.0)), 20.0, 0.0])
+        begins, ends = waypoints[:-1], waypoints[1:]
+        stages = [stage.plan.tracks[0].path for stage in program.stages if stage.plan is not None]
+        corners = 0
+        for path in stages:
+            stretches = off_lines(path, waypoints)
+            corners += len(stretches)
+            assert all(end < begin for (_, end), (begin, _) in pairwise(stretches)), "they are apart"
+            for u in np.linspace(path.start, path.end, 200):
+                q = path.evaluate(u)
+                ways = np.linalg.norm(q - begins, axis=1) + np.linalg.norm(q - ends, axis=1)
+                far = float((ways - np.linalg.norm(ends - begins, axis=1)).min())
+                assert far < 1e-8 or any(begin <= u <= end for begin, end in stretches)
+        assert corners + len(stages) - 1 == 2, "a corner is rounded, or two motions meet there at rest"
+        lines = [off_lines(path, path.evaluate(path.breaks[[0, -1]])) for path in stages]
+        assert all(lines) or len(stages) > 1, "without the waypoint between, what is beyond the corner is on no line"
