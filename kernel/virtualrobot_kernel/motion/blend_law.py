@@ -64,7 +64,7 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
     It begins with s' = `entry` and s'' = 0; raises KernelError where no such law from that speed is found.
 
     Two kinds of limits of the moves are tried, those that are kept whatever the move's rate is, and those of moves that
-    don't bend, which have to become smaller where they do: the sooner law counts. Where no move bends both are the same.
+    don't bend, which have to become smaller where they do: the sooner law counts. Where no move bends they are equal.
     """
     passing = [_passing(whole.path, part, rates) for part in whole.corners]
     laws: list[PiecewisePolynomial] = []
