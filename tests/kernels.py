@@ -32,6 +32,7 @@ from virtualrobot.v1 import (
     proposal_pb2,
     proposal_pb2_grpc,
     ray_pb2_grpc,
+    record_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
@@ -80,6 +81,7 @@ class Stubs:
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)
+        self.record = record_pb2_grpc.RecordServiceStub(channel)
         self.proposal = proposal_pb2_grpc.ProposalServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 

@@ -121,6 +121,7 @@ GROUPS = (
             "program": "motions.program:Program",
             "stream": "motions.setpoints:SetpointStream",
             "client.proposals": "motions.proposals:Proposals",
+            "client.tasks": "tasks:Tasks",
             "client.paths": "motions.paths:Paths",
             "tool_path": "motions.tool_paths:ToolPath",
         },
@@ -143,6 +144,7 @@ GROUPS = (
                 "teleop",
                 "teach",
                 "run",
+                "tasks",
                 "stop",
                 "pause",
                 "resume",
@@ -198,10 +200,11 @@ GROUPS = (
     ),
     Group(
         "Time, signals, history and recordings",
-        services=("SignalService", "HistoryService"),
+        services=("SignalService", "HistoryService", "RecordService"),
         batch=("CreateSignal", "RemoveSignal", "SetSignal"),
         python={
             "client.signals": "signals:Signals",
+            "client.records": "records:Records",
             "client.history": "history.history:History",
             "recording": "recording.recording:Recording",
         },

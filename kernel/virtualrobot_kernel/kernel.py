@@ -19,6 +19,7 @@ from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.proposals import Proposals
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.records import Records
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.api.token_table import TokenTable
@@ -291,6 +292,7 @@ class Kernel:
             tokens=self._tokens,
             plans=(plans := ShownPlans()),
             proposals=Proposals(plans),
+            records=Records(),
             limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,

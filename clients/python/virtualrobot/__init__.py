@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from virtualrobot.motions.tool_paths import path_frames as path_frames
     from virtualrobot.physics import JointMotor as JointMotor
     from virtualrobot.progress import Progress as Progress
+    from virtualrobot.records import Record as Record
+    from virtualrobot.records import Wish as Wish
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
     from virtualrobot.robots.robot import Robot as Robot
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from virtualrobot.sensors.readings import Reading as Reading
     from virtualrobot.sensors.readings import SensorStatus as SensorStatus
     from virtualrobot.sensors.sensors import Sensor as Sensor
+    from virtualrobot.tasks import ProgramTask as ProgramTask
     from virtualrobot.tokens import NewToken as NewToken
     from virtualrobot.tokens import TokenInfo as TokenInfo
     from virtualrobot.view.ghosts import Ghost as Ghost
@@ -131,6 +134,8 @@ _MODULES = {
     "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "motions.program": ("Program",),
     "motions.proposals": ("Proposal",),
+    "records": ("Record", "Wish"),
+    "tasks": ("ProgramTask",),
     "sensors.range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
     "sensors.readings": ("Reading", "SensorStatus"),
     "progress": ("Progress",),

@@ -36,6 +36,7 @@ from virtualrobot.physics import Physics
 from virtualrobot.plugins import Plugins
 from virtualrobot.recording.recording import Recorded, Recording
 from virtualrobot.recording.start import RecordingOptions, start
+from virtualrobot.records import Records
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
@@ -47,6 +48,7 @@ from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.signals import Signals
 from virtualrobot.streams.streams import Streams
+from virtualrobot.tasks import Tasks
 from virtualrobot.tokens import Tokens, role_name
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
@@ -122,6 +124,8 @@ class Client:
         collisions: collisions and distances: `client.collisions.check()`.
         tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
         proposals: motions that people approve: `client.proposals.create([arm.linear(goal)])`.
+        records: what clients tell each other: `client.records.create("note", {"text": "oiled"})`.
+        tasks: programs at work, whoever runs them: `client.tasks.stop("T_ROB1")`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         streams: all that the world tells, by name: `client.streams.watch("/robots/arm/tcp")`.
@@ -151,6 +155,8 @@ class Client:
         self.streams = Streams(self._services)
         self.paths = Paths(self._services)
         self.proposals = Proposals(self._services)
+        self.records = Records(self._services)
+        self.tasks = Tasks(self._services)
         self.history = History(self._services)
         self.tokens = Tokens(self._services)
         self.drivers = Drivers(self._services)

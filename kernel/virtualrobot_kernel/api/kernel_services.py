@@ -17,6 +17,7 @@ from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.proposals import Proposals
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.records import Records
 from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.api.token_table import CALLER, TokenTable
 from virtualrobot_kernel.collision.guard import CollisionGuard
@@ -83,6 +84,7 @@ class KernelServices:
     tokens: TokenTable
     plans: ShownPlans
     proposals: Proposals
+    records: Records
     limits: Limits
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]

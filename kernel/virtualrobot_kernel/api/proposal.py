@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import aclosing
-from typing import Any
 
 from virtualrobot.v1 import motion_pb2, proposal_pb2, proposal_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_plans import checked_motion
-from virtualrobot_kernel.api.proposals import LARGEST_BYTES, LONGEST_TEXT, Checked, Proposal, ProposalState, changes
+from virtualrobot_kernel.api.proposals import LARGEST_BYTES, Checked, Proposal, ProposalState
+from virtualrobot_kernel.api.shelf import expected_revision, line_of
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.values import stamp
@@ -38,22 +38,17 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.WatchProposalsRequest, context: object
     ) -> AsyncIterator[proposal_pb2.WatchProposalsResponse]:
         """Tell all proposals, then what changes."""
-        told: list[Proposal] | None = None
-        async with aclosing(self._kernel.publications.each(self._proposals.subscribe)) as woken:
-            async for _ in woken:
-                now = self._proposals.all
-                changed, gone = changes(told or (), now)
-                if changed or gone or told is None:
-                    yield proposal_pb2.WatchProposalsResponse(
-                        stamp=stamp(self._kernel.world.snapshot), proposals=map(_message, changed), removed_ids=gone
-                    )
-                told = now
+        async with aclosing(self._proposals.changes(self._kernel.publications)) as told:
+            async for changed, gone in told:
+                yield proposal_pb2.WatchProposalsResponse(
+                    stamp=stamp(self._kernel.world.snapshot), proposals=map(_message, changed), removed_ids=gone
+                )
 
     async def CreateProposal(
         self, request: proposal_pb2.CreateProposalRequest, context: object
     ) -> proposal_pb2.CreateProposalResponse:
         """Plan and check a motion, and make it a proposal."""
-        title = _text(request.title, "title")
+        title = line_of(request.title, "title")
         made = self._proposals.add(title, await self._checked(request.spec), person(context))
         return proposal_pb2.CreateProposalResponse(stamp=stamp(self._kernel.world.snapshot), proposal=_message(made))
 
@@ -61,9 +56,9 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.UpdateProposalRequest, context: object
     ) -> proposal_pb2.UpdateProposalResponse:
         """Give a proposal another motion or other words."""
-        seen = self._proposals.find(request.id, _expected(request))
+        seen = self._proposals.find(request.id, expected_revision(request))
         self._proposals.check_open(seen)
-        title = _text(request.title, "title") if request.HasField("title") else seen.title
+        title = line_of(request.title, "title") if request.HasField("title") else seen.title
         checked = await self._checked(request.spec if request.HasField("spec") else seen.checked.spec)
         now = self._proposals.change(seen, checked, person(context), title=title)
         return proposal_pb2.UpdateProposalResponse(stamp=stamp(self._kernel.world.snapshot), proposal=_message(now))
@@ -72,7 +67,7 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.UndoProposalRequest, context: object
     ) -> proposal_pb2.UndoProposalResponse:
         """Take back the last change of a proposal's motion."""
-        seen = self._proposals.find(request.id, _expected(request))
+        seen = self._proposals.find(request.id, expected_revision(request))
         self._proposals.check_open(seen)
         if not seen.before:
             raise KernelError(
@@ -89,8 +84,8 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.RejectProposalRequest, context: object
     ) -> proposal_pb2.RejectProposalResponse:
         """Turn a proposal down."""
-        seen = self._proposals.find(request.id, _expected(request))
-        now = self._proposals.reject(seen, _text(request.reason, "reason"), person(context))
+        seen = self._proposals.find(request.id, expected_revision(request))
+        now = self._proposals.reject(seen, line_of(request.reason, "reason"), person(context))
         return proposal_pb2.RejectProposalResponse(stamp=stamp(self._kernel.world.snapshot), proposal=_message(now))
 
     async def _checked(self, spec: motion_pb2.MotionSpec) -> Checked:
@@ -133,18 +128,3 @@ def _message(proposal: Proposal) -> proposal_pb2.Proposal:
         reason=proposal.reason,
         undo_count=len(proposal.before),
     )
-
-
-def _expected(request: Any) -> int | None:  # noqa: ANN401 any message with the field
-    """Return the revision that a request is meant for; None: any."""
-    return request.expected_revision if request.HasField("expected_revision") else None
-
-
-def _text(text: str, field: str) -> str:
-    """Return words for people; raise KernelError for more than are kept."""
-    if len(text) > LONGEST_TEXT or not text.isprintable():
-        raise KernelError(
-            f"{field} is one line of at most {LONGEST_TEXT} characters that can be printed, not {text!r:.80}",
-            field=field,
-        )
-    return text

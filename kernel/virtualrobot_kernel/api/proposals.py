@@ -6,7 +6,7 @@ thread alone reads and changes them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -14,10 +14,10 @@ from typing import Any
 
 from virtualrobot.v1 import motion_pb2
 
+from virtualrobot_kernel.api.shelf import Shelf
 from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.running_motion import Phase
-from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Motion
 
 MOST_REMEMBERED = 50
@@ -28,9 +28,6 @@ LARGEST_BYTES = 65_536
 
 MOST_UNDONE = 20
 """Greatest number of changes of a proposal that can be taken back."""
-
-LONGEST_TEXT = 200
-"""Greatest number of characters of a title, and of a reason."""
 
 
 class ProposalState(Enum):
@@ -82,50 +79,24 @@ class Proposal:
     before: tuple[motion_pb2.MotionSpec, ...] = ()
 
 
-class Proposals:
+class Proposals(Shelf[Proposal]):
     """Proposals by name, oldest first."""
 
     def __init__(self, plans: ShownPlans) -> None:
         """Begin with none; their plans are kept among these."""
+        super().__init__("proposal", MOST_REMEMBERED)
         self._plans = plans
-        self._by_id: dict[str, Proposal] = {}
-        self._count = 0
         self._starting: set[str] = set()
-        self._listeners: Listeners[[object]] = Listeners()
-
-    @property
-    def all(self) -> list[Proposal]:
-        """All of them, oldest first."""
-        return [*self._by_id.values()]
-
-    def find(self, id: str, expected_revision: int | None = None) -> Proposal:
-        """Return a proposal; raise KernelError for one that there is not, and for another revision than is expected."""
-        proposal = self._by_id.get(id)
-        if proposal is None:
-            raise UnknownNameError("proposal", id, self._by_id)
-        if expected_revision is not None and expected_revision != proposal.revision:
-            raise KernelError(
-                f"{id!r} has the revision {proposal.revision}, not {expected_revision}: {proposal.changed_by} has "
-                "changed it meanwhile; look at it again",
-                reason=Reason.STALE_REVISION,
-                proposal=id,
-                expected=expected_revision,
-                revision=proposal.revision,
-            )
-        return proposal
 
     def add(self, title: str, checked: Checked, author: str) -> Proposal:
         """Add a proposal; raise KernelError (WRONG_STATE) where all that are remembered are open."""
-        if len(self._by_id) >= MOST_REMEMBERED:
-            over = next((one.id for one in self._by_id.values() if one.state not in OPEN), None)
-            if over is None:
-                raise KernelError(
-                    f"{len(self._by_id)} proposals wait to be approved or rejected, and no more are kept; reject some",
-                    reason=Reason.WRONG_STATE,
-                )
-            self._plans.let_go(self._by_id.pop(over).checked.shown)
-        self._count += 1
-        return self._publish(Proposal(f"proposal-{self._count}", 1, title, checked, author, author))
+        over = self.make_room(
+            lambda one: one.state not in OPEN,
+            "proposals wait to be approved or rejected, and no more are kept; reject some",
+        )
+        if over is not None:
+            self._plans.let_go(over.checked.shown)
+        return self._publish(Proposal(self.new_id(), 1, title, checked, author, author))
 
     def change(self, seen: Proposal, checked: Checked, by: str, *, title: str, undo: bool = False) -> Proposal:
         """Give a proposal as it was seen another motion, or take its last change back, and return it as it is then.
@@ -192,7 +163,7 @@ class Proposals:
 
     def approved(self, id: str, motion: str, by: str) -> Proposal:
         """Take note that the plan of a proposal was started, and return it."""
-        return self._changed(self._by_id[id], by, state=ProposalState.APPROVED, motion=motion, reason="")
+        return self._changed(self.find(id), by, state=ProposalState.APPROVED, motion=motion, reason="")
 
     def ended(self, proposal: Proposal, motion: Motion | None) -> None:
         """Take note of the end of the motion that a proposal was approved with; None: it is remembered no more."""
@@ -203,22 +174,9 @@ class Proposals:
         reason = "how its motion ended is not known any more" if why is None else why.reason
         self._changed(proposal, proposal.changed_by, state=ProposalState.STOPPED, reason=reason)
 
-    def subscribe(self, listener: Callable[[object], None]) -> Callable[[], None]:
-        """Call `listener` after each change, until the returned function is called."""
-        return self._listeners.add(listener)
-
     def _changed(self, proposal: Proposal, by: str, **changes: Any) -> Proposal:  # noqa: ANN401 fields of a proposal
         return self._publish(replace(proposal, revision=proposal.revision + 1, changed_by=by, **changes))
 
     def _publish(self, proposal: Proposal) -> Proposal:
         self._plans.hold(proposal.checked.shown)
-        self._by_id[proposal.id] = proposal
-        self._listeners.tell(proposal)
-        return proposal
-
-
-def changes(told: Iterable[Proposal], now: Iterable[Proposal]) -> tuple[list[Proposal], list[str]]:
-    """Return which proposals are new or others than those that were told, and the names of those that are gone."""
-    known, kept = {one.id: one for one in told}, [*now]
-    gone = known.keys() - {one.id for one in kept}
-    return [one for one in kept if known.get(one.id) is not one], [id for id in known if id in gone]
+        return self.put(proposal)

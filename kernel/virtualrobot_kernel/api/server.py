@@ -40,6 +40,8 @@ from virtualrobot.v1 import (
     proposal_pb2_grpc,
     ray_pb2,
     ray_pb2_grpc,
+    record_pb2,
+    record_pb2_grpc,
     robot_pb2,
     robot_pb2_grpc,
     scene_pb2,
@@ -70,6 +72,7 @@ from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.proposal import ProposalServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
+from virtualrobot_kernel.api.record import RecordServicer
 from virtualrobot_kernel.api.robot import RobotServicer
 from virtualrobot_kernel.api.roles import Tokens
 from virtualrobot_kernel.api.scene import SceneServicer
@@ -107,6 +110,7 @@ SERVICES = (
     (driver_pb2, driver_pb2_grpc.add_DriverServiceServicer_to_server, DriverServicer),
     (calibration_pb2, calibration_pb2_grpc.add_CalibrationServiceServicer_to_server, CalibrationServicer),
     (proposal_pb2, proposal_pb2_grpc.add_ProposalServiceServicer_to_server, ProposalServicer),
+    (record_pb2, record_pb2_grpc.add_RecordServiceServicer_to_server, RecordServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""
 

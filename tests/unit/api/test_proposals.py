@@ -14,8 +14,8 @@ from virtualrobot_kernel.api.proposals import (
     Proposal,
     Proposals,
     ProposalState,
-    changes,
 )
+from virtualrobot_kernel.api.shelf import changes
 from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.running_motion import Phase

@@ -19,6 +19,7 @@ from virtualrobot.v1 import (
     plugin_pb2_grpc,
     proposal_pb2_grpc,
     ray_pb2_grpc,
+    record_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
@@ -45,6 +46,7 @@ class Services:
         self.robot = robot_pb2_grpc.RobotServiceStub(channel)
         self.motion = motion_pb2_grpc.MotionServiceStub(channel)
         self.proposal = proposal_pb2_grpc.ProposalServiceStub(channel)
+        self.record = record_pb2_grpc.RecordServiceStub(channel)
         self.signal = signal_pb2_grpc.SignalServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.plugin = plugin_pb2_grpc.PluginServiceStub(channel)

@@ -95,6 +95,9 @@ from virtualrobot.plugins import Plugin as Plugin
 from virtualrobot.progress import OnProgress as OnProgress
 from virtualrobot.recording.recording import Recorded as Recorded
 from virtualrobot.recording.start import RecordingOptions as RecordingOptions
+from virtualrobot.records import Record as Record
+from virtualrobot.records import RecordChange as RecordChange
+from virtualrobot.records import Wish as Wish
 from virtualrobot.robots.calibration import BaseCalibration as BaseCalibration
 from virtualrobot.robots.calibration import JointCalibration as JointCalibration
 from virtualrobot.robots.calibration import ToolCalibration as ToolCalibration
@@ -152,6 +155,7 @@ from virtualrobot.stepping import Values as Values
 from virtualrobot.streams.sample import Sample as Sample
 from virtualrobot.streams.scans import ScanGeometry as ScanGeometry
 from virtualrobot.streams.table import Stream as Stream
+from virtualrobot.tasks import ProgramTask as ProgramTask
 from virtualrobot.tokens import NewToken as NewToken
 from virtualrobot.tokens import TokenInfo as TokenInfo
 from virtualrobot.view.ghosts import Ghost as Ghost
@@ -236,6 +240,8 @@ class Client(Face):
     streams: Streams
     paths: Paths
     proposals: Proposals
+    records: Records
+    tasks: Tasks
     history: History
     tokens: Tokens
     drivers: Drivers
@@ -365,6 +371,54 @@ class Plugins(Face):
         """Return the components of all plugins, or those of one kind, such as `kinematics`."""
     def __aiter__(self) -> Plugins: ...
     async def __anext__(self) -> Plugin: ...
+
+class Records(Face):
+    """The records of one kernel, which all of its clients share."""
+    def list(self, *kinds: str) -> Order[list[Record]]:
+        """Return the records of some kinds, or all, oldest first: 100 at most, until the kernel ends."""
+    def get(self, id: str) -> Order[Record]:
+        """Return a record as it is now."""
+    def create(self, kind: str, content: Any = ..., *, title: Text = ..., state: Text = ..., wishes: Iterable[str] = ..., keep: bool = ..., is_over: bool = ...) -> Order[Record]:
+        """Make a record and return it."""
+    def update(self, seen: Record | str, content: Any = ..., *, title: Text | None = ..., state: Text | None = ..., wishes: Iterable[str] | None = ..., keep: bool | None = ..., is_over: bool | None = ...) -> Order[Record]:
+        """Change what is given of a record, leave the rest, and return it; arguments and errors are those of `create`."""
+    def wish(self, seen: Record | str, word: str, text: Text = ...) -> Order[None]:
+        """Tell the client that holds a record to do something; `seen` as of `update`."""
+    def hold(self, seen: Record | str) -> Order[RecordHold]:
+        """Hold a record, and return the wishes that are filed, a context manager; it is held when this returns."""
+    def forget(self, seen: Record | str) -> Order[None]:
+        """Have the kernel forget a record; `seen` as of `update`."""
+    def watch(self, *kinds: str) -> Order[RecordWatch]:
+        """Return a watch of the records of some kinds, or of all, a context manager."""
+
+class RecordHold(Face):
+    """Wishes of a record as they are filed, none lost; it is held until this is closed, which any thread may do."""
+    def close(self) -> Order[None]:
+        """Let the record go."""
+    async def __aenter__(self) -> RecordHold: ...
+    def __aiter__(self) -> RecordHold: ...
+    async def __anext__(self) -> Wish: ...
+
+class RecordWatch(Face):
+    """Changes of records as they come, until it is closed, which any thread may do."""
+    def close(self) -> Order[None]:
+        """End it; whoever waits for a change comes to the end."""
+    async def __aenter__(self) -> RecordWatch: ...
+    def __aiter__(self) -> RecordWatch: ...
+    async def __anext__(self) -> RecordChange: ...
+
+class Tasks(Face):
+    """The programs at work that clients of one kernel tell of, whoever runs them."""
+    def list(self) -> Order[list[ProgramTask]]:
+        """Return those that are at work, and the last ones that have ended, oldest first."""
+    def get(self, task: str) -> Order[ProgramTask]:
+        """Return a task by its record's name, or by its own: of several that of the one at work."""
+    def stop(self, task: str) -> Order[None]:
+        """Have a program stop before its next statement, and its robot brake on its path; errors as of `get`."""
+    def answer(self, task: str, text: Text) -> Order[None]:
+        """Answer what a program asks on its pendant; errors as of `stop`."""
+    def watch(self) -> AsyncIterator[list[ProgramTask]]:
+        """Yield those tasks that are new or have changed, all at first, until the iterator is closed."""
 
 class Signals(Face):
     """The signals of one kernel, like a dictionary of names to values."""

@@ -13,7 +13,8 @@ from virtualrobot.aio.orders import Order, Workers
 
 CLASSES = (
     *("cell:Cell", "clock:Clock", "clock:ClockHold", "connection:Client", "drivers:Drivers", "leases:Lease"),
-    *("physics:Physics", "plugins:Plugins", "signals:Signals", "signals:SignalWatch", "tokens:Tokens"),
+    *("physics:Physics", "plugins:Plugins", "records:Records", "records:RecordHold", "records:RecordWatch"),
+    *("tasks:Tasks", "signals:Signals", "signals:SignalWatch", "tokens:Tokens"),
     "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),
     *("motions.motion:Motion", "motions.paths:FreePath", "motions.paths:Paths", "motions.program:Program"),

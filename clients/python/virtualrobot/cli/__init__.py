@@ -42,6 +42,7 @@ _COMMANDS = {
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
     "teach": ("virtualrobot.cli.teach", "Save where a robot stands as a target or a posture."),
     "run": ("virtualrobot.cli.program", "Run a program from a file."),
+    "tasks": ("virtualrobot.cli.tasks", "Show, stop or answer programs that anybody runs."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "pause": ("virtualrobot.cli.work", "Slow motions to standstill on their paths."),
     "resume": ("virtualrobot.cli.work", "Let motions go on after a pause."),
