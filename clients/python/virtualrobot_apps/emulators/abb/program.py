@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,7 +76,7 @@ class ControlledTask(RapidTask):
         """Set up the data; `report` gets messages of ErrWrite and ErrLog, the others are `RapidTask`'s."""
         super().__init__(program, world, write, listen_at, files=files, answers=answers, name=name, cell=cell, egm=egm)
         self.holds = self.held = self.over = self._serving = False
-        self._report, self._thread = report, 0
+        self._report = report
 
     def report(self, kind: str, number: float | None, lines: Sequence[str]) -> None:
         """Write a message into the controller's log."""
@@ -86,11 +84,10 @@ class ControlledTask(RapidTask):
 
     def run(self, name: str = "main", forever: bool = False) -> None:
         """Run a procedure, as `RapidTask.run`."""
-        self._thread = threading.get_ident()
         try:
             super().run(name, forever)
         finally:
-            self.over, self._thread = True, 0
+            self.over = True
 
     def hold(self) -> None:
         """Have the program stand before its next statement; any thread may call it."""
@@ -125,13 +122,6 @@ class ControlledTask(RapidTask):
             finally:
                 self._serving = self.held = False
         super().serve()
-
-    def line(self) -> tuple[str, int] | None:
-        """Return file and line of the statement that is being done; None where the program doesn't run."""
-        frame = sys._current_frames().get(self._thread) if self._thread else None
-        while frame is not None and frame.f_code.co_filename not in self.program.files:
-            frame = frame.f_back
-        return None if frame is None else (frame.f_code.co_filename, frame.f_lineno)
 
     def symbols(self) -> Iterator[Symbol]:
         """Yield the data of all modules, and those that RAPID has before any program."""

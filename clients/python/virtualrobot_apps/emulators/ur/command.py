@@ -70,6 +70,8 @@ def ur(
         except OSError as error:
             raise click.ClickException(f"the ports 29999 to 30004 of {host} can't be had: {error}") from error
         server.controller.touches, server.controller.forces = touches, forces
+        if robot is not None:
+            server.controller.begun = lambda program: program.tell(client, robot)
         stack.callback(server.close)
         over = threading.Event()
         signal.signal(signal.SIGTERM, lambda *_: over.set())

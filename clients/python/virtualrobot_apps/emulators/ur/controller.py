@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import IntEnum
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -133,6 +133,8 @@ class Controller:
         """Force mode, where it is on."""
         self.attended = self.popup = False
         """Somebody is there who can close a popup; one is open for which a script waits."""
+        self.begun: Callable[[Any], None] = lambda program: None
+        """Is told each script of a client as it begins."""
         self.off = False
         """It was shut down, and answers nobody any more."""
         self.watchdog: Watchdog | None = None

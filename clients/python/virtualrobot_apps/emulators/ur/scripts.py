@@ -23,6 +23,8 @@ def run_script(controller: Controller, text: str) -> None:
     if not loaded.secondary:
         if refused := controller.play(program):
             controller.say(0, 0, refused)
+        else:
+            controller.begun(program)
         return
     if program.cycle(controller):
         controller.say(210, 0, f"the secondary program {loaded.name!r} takes time, and was ended where it waited")

@@ -100,7 +100,12 @@ def only_robot(client: Client, name: str | None, others: Collection[str | None] 
 
 @contextmanager
 def at_work(client: Client) -> Iterator[None]:
-    """Have a program run for the length of a block: tell where time stands still, and end by Ctrl-C with 130."""
+    """Have a program run for the length of a block: tell where time stands still, and end by Ctrl-C with 130.
+
+    Where somebody else stops it (`virtualrobot tasks stop`) it ends with 1.
+    """
+    from virtualrobot_apps.languages.core.task import TaskStopped
+
     if client.clock.mode == "stepped":
         click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
     try:
@@ -108,6 +113,9 @@ def at_work(client: Client) -> Iterator[None]:
     except KeyboardInterrupt:
         click.echo("stopped", err=True)
         raise click.exceptions.Exit(130) from None
+    except TaskStopped as stopped:
+        click.echo(str(stopped), err=True)
+        raise click.exceptions.Exit(1) from None
 
 
 def set_signals(client: Client, given: Iterable[str]) -> None:

@@ -65,6 +65,14 @@ class Task:
         """Return file and line of the statement that is done, as `file:line`, or nothing; a language knows it."""
         return ""
 
+    def program_pointer(self) -> str:
+        """Return file and line of the statement that is done, as any thread asks for it; a language knows it."""
+        return ""
+
+    def motion_pointer(self) -> str:
+        """Return file and line of the move that the robot makes, as any thread asks for it; a language knows it."""
+        return ""
+
     def pause(self, seconds: float) -> None:
         """Wait for so long by the wall clock, and do meanwhile what the flags ask for."""
         if self.passing is not None:

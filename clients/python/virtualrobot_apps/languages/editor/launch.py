@@ -274,7 +274,7 @@ class RapidLaunch:
 
     def answer(self, text: str) -> bool:
         """Answer what a task asks on its pendant; return whether one asks."""
-        asks = any(one.pendant.waits for one in self.tasks)
+        asks = any(one.pendant.question is not None for one in self.tasks)
         if asks:
             self._typed.put(text)
         return asks

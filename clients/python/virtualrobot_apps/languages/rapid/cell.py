@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core.diagnostics import did_you_mean
+from virtualrobot_apps.languages.core.published import Label, Published
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.core.together import Group
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
@@ -140,14 +141,21 @@ class Cell:
             if not task.prepared:
                 task.prepare_alone()
         errors: list[tuple[RapidTask, BaseException]] = []
+        told: list[Published] = []
 
         def run(task: RapidTask) -> None:
+            seen = _published(task)
+            told.extend(seen)
+            failed: BaseException | None = None
             try:
                 task.run(routine, forever=forever or task in static)
             except BaseException as error:
+                failed = error
                 errors.append((task, error))
             finally:
                 self._ended.add(task.name.lower())
+                for one in seen:
+                    one.close(failed)
 
         threads = {
             task.name: threading.Thread(target=run, args=(task,), name=f"rapid {task.name}", daemon=True)
@@ -172,6 +180,17 @@ class Cell:
                     task.stop(why)
             for thread in threads.values():
                 thread.join()
+            for one in told:
+                one.join()
         for task, error in errors:
             if task not in static or not isinstance(error, TaskStopped):
                 raise error
+
+
+def _published(task: RapidTask) -> list[Published]:
+    """Return what tells everybody of a task: nothing where it has no kernel, or time goes on for it alone."""
+    world = task.own_world
+    if world is None or task.passing is not None:
+        return []
+    robot = task.world.robot.name if task.has_robot else ""
+    return [Published(world.client, task, task.pendant, Label(task.name, "RAPID", task.program.files, robot))]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import threading
 import time
 import traceback
 from collections import Counter
@@ -171,6 +173,7 @@ class RapidTask(Task):
         self._world = world
         self._interrupts: Interrupts | None = None
         self._zones: Zones | None = None
+        self._thread = 0
         if world is not None:
             world.find_signals(program.signals.values())
             if isinstance(world, World):
@@ -229,6 +232,22 @@ class RapidTask(Task):
         found = here()
         return found if found.rpartition(":")[0] in self.program.files else ""
 
+    def line(self) -> tuple[str, int] | None:
+        """Return file and line of the statement that is being done, to any thread; None where nothing runs."""
+        frame = sys._current_frames().get(self._thread) if self._thread else None
+        while frame is not None and frame.f_code.co_filename not in self.program.files:
+            frame = frame.f_back
+        return None if frame is None else (frame.f_code.co_filename, frame.f_lineno)
+
+    def program_pointer(self) -> str:
+        """Return file and line of the statement that is being done."""
+        found = self.line()
+        return "" if found is None else f"{found[0]}:{found[1]}"
+
+    def motion_pointer(self) -> str:
+        """Return file and line of the move that the robot makes."""
+        return self.world.queue.doing() if self.has_robot else ""
+
     @property
     def zones(self) -> Zones:
         """World zones of the program; raises a fault where there is no robot."""
@@ -283,8 +302,12 @@ class RapidTask(Task):
             TaskStopped: when somebody stopped it; the robot brakes on its path.
             WrongStateError: when there is no such procedure, or it takes arguments.
         """
-        with self.at_work():
-            self._run(name, forever)
+        self._thread = threading.get_ident()
+        try:
+            with self.at_work():
+                self._run(name, forever)
+        finally:
+            self._thread = 0
 
     def _run(self, name: str, forever: bool) -> None:
         routine = self._routines.get(name.lower())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -141,6 +142,9 @@ def run(
 
     They are checked first, and nothing moves where something is wrong.
     """
+    from virtualrobot_apps.languages.core.pendant import NobodyAnswers, Pendant, Question
+    from virtualrobot_apps.languages.core.published import Label, published
+    from virtualrobot_apps.languages.rapl.faults import RaplFault
     from virtualrobot_apps.languages.rapl.program import load_files
     from virtualrobot_apps.languages.rapl.task import RaplTask
     from virtualrobot_apps.languages.rapl.world import World
@@ -152,10 +156,17 @@ def run(
         if create_signals:
             _create_signals(client, loaded, inputs, outputs)
         world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True), each)
-        with at_work(client):
-            RaplTask(loaded, world, click.echo, _asked, (inputs, outputs)).run(program)
+        pendant = Pendant(click.echo, sys.stdin)
+
+        def asked(question: str) -> str:
+            click.echo(f"{question} ", nl=False)
+            try:
+                return pendant.ask(task, Question(question)) or ""
+            except NobodyAnswers:
+                raise RaplFault(f"the program asks {question!r}, and nobody answers") from None
+
+        task = RaplTask(loaded, world, pendant.write, asked, (inputs, outputs))
+        label = Label(loaded.first, "RAPL-II", list(map(str, files)), robot)
+        with at_work(client), published([(client, task, pendant, label)]):
+            task.run(program)
     return 0
-
-
-def _asked(question: str) -> str:
-    return click.prompt(question, default="", show_default=False, prompt_suffix=" ")

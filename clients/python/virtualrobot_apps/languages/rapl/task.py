@@ -105,6 +105,14 @@ class RaplTask(Task):
         """Return file and line of the statement that is being done."""
         return "" if self._now is None else f"{self._source.file}:{self._source.line(self._now.at)}"
 
+    def program_pointer(self) -> str:
+        """Return file and line of the statement that is being done."""
+        return self.place()
+
+    def motion_pointer(self) -> str:
+        """Return file and line of the move that the arm makes."""
+        return "" if self._world is None else self._world.queue.doing()
+
     # One line after the other.
 
     def run(self, name: str = "") -> None:

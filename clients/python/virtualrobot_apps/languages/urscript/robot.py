@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from virtualrobot.connection import Client
+
 from virtualrobot_apps.emulators.ur.compliance import USUAL_DAMPING
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.moves import Move
+from virtualrobot_apps.languages.core.pendant import Pendant
+from virtualrobot_apps.languages.core.published import Label, Published
+from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.urscript.connections import Connections
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
 from virtualrobot_apps.languages.urscript.task import Loaded, ScriptTask, Thread
@@ -82,12 +87,38 @@ class ScriptProgram:
         """Begin before the first statement, with a task of a kind."""
         self.name = loaded.name
         self.task = kind(loaded, controller)
+        self._stopped = ""
+        self._fault: ScriptFault | None = None
+        self._told: Published | None = None
+
+    def tell(self, client: Client, robot: str) -> None:
+        """Have everybody see and stop it, until it is closed."""
+        pendant = Pendant(self.task.write)
+        self.task.write = pendant.write
+        label = Label(self.name, "URScript", [self.task.loaded.source.file], robot)
+        self._told = Published(client, self, pendant, label)
+
+    def program_pointer(self) -> str:
+        """Return file and line of the statement that is done."""
+        return self.task.pointer()
+
+    def motion_pointer(self) -> str:
+        """Return the same where a move is made: a script waits for each."""
+        return self.task.pointer() if self.task.controller.move is not None else ""
+
+    def stop(self, why: str = "stopped") -> None:
+        """End it with the next cycle; any thread may call it."""
+        self._stopped = why
+        self.task.controller.paused = False  # what is paused has no cycles
 
     def cycle(self, controller: Controller) -> bool:
         """Do what the script does in one cycle; return whether it goes on.
 
         A cycle that ends by a fault sets no registers: a client that reads them must not take it for done.
         """
+        if self._stopped:
+            controller.say(0, 0, self._stopped)
+            return False
         before = dict(controller.registers)
         try:
             # The last move goes to its end, whatever its radius.
@@ -95,8 +126,11 @@ class ScriptProgram:
         except ScriptFault as fault:
             controller.registers = before
             controller.say(255, 0, str(fault))
+            self._fault = fault
             return False
 
     def close(self) -> None:
         """Close the script's connections."""
         self.task.connections.close()
+        if self._told is not None:
+            self._told.close(TaskStopped(self._stopped) if self._stopped else self._fault)

@@ -11,7 +11,7 @@ import re
 import traceback
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from types import CodeType
+from types import CodeType, GeneratorType
 from typing import Any
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError
@@ -151,6 +151,16 @@ class ScriptTask:
             frame = getattr(thread.work, "gi_frame", None)
             line = frame.f_lineno if frame is not None else 1
             raise ScriptFault(f"{self.loaded.source.file}:{line}: {thread.name!r} {said}")
+
+    def pointer(self) -> str:
+        """Return file and line of the statement at which its main thread is, as any thread asks for it."""
+        work: object = self.main.work
+        found = ""
+        while isinstance(work, GeneratorType):
+            if work.gi_code.co_filename == self.loaded.source.file and work.gi_frame is not None:
+                found = f"{self.loaded.source.file}:{work.gi_frame.f_lineno}"
+            work = work.gi_yieldfrom
+        return found
 
     def _place(self, error: BaseException) -> str:
         file = self.loaded.source.file
