@@ -224,7 +224,17 @@ def test_refusals(stepped: Stubs) -> None:
     goal = motion_pb2.PointToPoint(pose=motion_pb2.PoseGoal(reference_t_tcp=far))
     assert refused(asked(goal))[0] == "UNREACHABLE"
     assert refused(asked(right, time_limit_seconds=1e4))[0] == "LIMIT_EXCEEDED"
-    for field, value in (("blend_percent", 51.0), ("speed_factor", 2.0), ("time_limit_seconds", float("nan"))):
+    for metres in (-0.01, 1.5):
+        reason, message = refused(asked(right, clearance_meters=metres))
+        assert reason == "LIMIT_EXCEEDED" and "clearance_meters must be from 0 to 1" in message
+    reason, message = refused(asked(right, clearance_meters=0.5))
+    assert reason == "COLLISION" and "is nearer to 'wall' than 0.5 m" in message
+    for field, value in (
+        ("blend_percent", 51.0),
+        ("clearance_meters", float("nan")),
+        ("speed_factor", 2.0),
+        ("time_limit_seconds", float("nan")),
+    ):
         wrong = asked(right)
         setattr(wrong, field, value)
         reason, message = refused(wrong)

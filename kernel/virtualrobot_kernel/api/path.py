@@ -16,7 +16,7 @@ from virtualrobot_kernel.api.convert.tool_paths import found_tool_path, tool_pat
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.values import by_name, stamp
-from virtualrobot_kernel.paths.query import PathQuery, path_query, started_at
+from virtualrobot_kernel.paths.query import PathQuery, cleared, path_query, started_at
 from virtualrobot_kernel.paths.tool_path import JOB as TOOL_JOB
 from virtualrobot_kernel.paths.tool_query import tool_path_query
 from virtualrobot_kernel.world.state import Snapshot
@@ -43,7 +43,7 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
         goal = point_goal(request.goal, "goal")
 
         def asked() -> tuple[Snapshot, PathQuery]:
-            there = started_at(snapshot, robot, start, group)
+            there = cleared(started_at(snapshot, robot, start, group), robot, options.clearance)
             return there, path_query(there, robot.name, goal, self._kernel.solvers.of, options, group)
 
         there, query = await self._kernel.limiter.run([robot.uid], asked)

@@ -236,8 +236,9 @@ class _Task:
 
 def _collision(snapshot: Snapshot, query: PathQuery, where: str, pair: Pair) -> KernelError:
     first, second = names_of(pair, snapshot.structure)
+    touches = f"is nearer to {second!r} than {query.clearance:g} m" if query.clearance else f"touches {second!r}"
     return KernelError(
-        f"{where} {query.robot!r} is in collision: {first!r} touches {second!r}",
+        f"{where} {query.robot!r} is in collision: {first!r} {touches}",
         reason=Reason.COLLISION,
         robot=query.robot,
         first=first,

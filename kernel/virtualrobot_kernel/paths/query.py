@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,7 @@ class PathQuery:
         seed: what it draws its samples from.
         time_limit: in s.
         speed_factor: of the moves, and `blend_percent` of their zones at the most.
+        clearance: from what is not the robot's, in m; the world in which it is asked has it, see `cleared`.
     """
 
     robot: str
@@ -71,6 +72,7 @@ class PathQuery:
     time_limit: float
     speed_factor: float
     blend_percent: float
+    clearance: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,18 @@ class PathOptions:
     time_limit: float
     speed_factor: float
     blend_percent: float
+    clearance: float = 0.0
+
+
+def cleared(snapshot: Snapshot, robot: Node, clearance: float) -> Snapshot:
+    """Return the world in which all that is not the robot's, nor below it, counts as thicker by a clearance (m)."""
+    if not clearance:
+        return snapshot
+    structure, collisions = snapshot.structure, snapshot.state.collisions
+    own = {node.uid for node in structure.below(robot.uid)}
+    thicker = {uid: (collisions.paddings.get(uid) or 0.0) + clearance for uid in structure.nodes if uid not in own}
+    collisions = replace(collisions, paddings={**collisions.paddings, **thicker})
+    return replace(snapshot, state=replace(snapshot.state, collisions=collisions))
 
 
 def started_at(snapshot: Snapshot, robot: Node, start: Mapping[str, float], group: Group = WHOLE) -> Snapshot:
@@ -139,6 +153,7 @@ def path_query(
         options.time_limit,
         options.speed_factor,
         options.blend_percent,
+        options.clearance,
     )
 
 

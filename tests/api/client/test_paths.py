@@ -22,6 +22,17 @@ def cell(client: Client, iiwa: Robot) -> Client:
     return client
 
 
+def test_a_clearance_is_kept_by_the_rounded_motion(cell: Client) -> None:
+    def nearest(clearance: float) -> float:
+        path = cell.paths.find("iiwa", RIGHT, time_limit=60.0, clearance=clearance)
+        way = path.program.plan(sample_time=0.02).robots["iiwa"].positions
+        at = [{"iiwa": dict(zip(path.joint_names, q.tolist(), strict=True))} for q in way]
+        return min(cell.collisions.distance("iiwa", to=["wall"], configurations=one).distance for one in at)
+
+    assert 0.06 - 1e-6 < nearest(0.06) < 0.2
+    assert nearest(0.0) < 0.06
+
+
 def test_a_path_has_waypoints_and_can_be_started(cell: Client, iiwa: Robot) -> None:
     told: list[PathProgress] = []
     path = cell.paths.find("iiwa", RIGHT, seed=1, time_limit=60.0, speed_factor=0.9, progress=told.append)

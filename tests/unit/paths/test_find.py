@@ -13,7 +13,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownN
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.paths.find import find_path
 from virtualrobot_kernel.paths.program import planned_program
-from virtualrobot_kernel.paths.query import PathQuery
+from virtualrobot_kernel.paths.query import PathQuery, cleared
 from virtualrobot_kernel.paths.search import FIRST, PLANNERS
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.planning.sampling import joint_states
@@ -119,9 +119,22 @@ def test_what_may_touch_is_in_nobodys_way() -> None:
 
 def test_a_path_keeps_the_padding_of_a_wall() -> None:
     """Seven centimetres, by coal's distances along the motion."""
-    snapshot = after(walled(), SetCollisionSettings(paddings=(("wall", 0.07),)))
-    question = asked(snapshot, "iiwa")
-    found = find_path(HereSite(snapshot), question)
+    assert 0.07 - 1e-6 < nearest_on_the_way(after(walled(), SetCollisionSettings(paddings=(("wall", 0.07),)))) < 0.2
+
+
+def test_a_path_keeps_a_clearance_from_what_is_not_the_robots_and_from_paddings() -> None:
+    """Seven centimetres; with a padding of three there are ten. Links of the arm are nearer to each other than that."""
+    assert 0.07 - 1e-6 < nearest_on_the_way(walled(), 0.07) < 0.2
+    padded = after(walled(), SetCollisionSettings(paddings=(("wall", 0.03),)))
+    assert 0.10 - 1e-6 < nearest_on_the_way(padded, 0.07) < 0.23
+
+
+def nearest_on_the_way(snapshot: Snapshot, clearance: float = 0.0) -> float:
+    """Return how near the iiwa comes to a wall on the way that is found, in m by coal, which knows of no padding."""
+    question = asked(snapshot, "iiwa", clearance=clearance)
+    there = cleared(snapshot, snapshot.structure.node("iiwa"), clearance)
+    found = find_path(HereSite(there), question)
+    assert not found["straight"]
     scene = scene_of(snapshot)
     uid = snapshot.structure.node("wall").uid
     pairs = [pair for pair in pairs_of(scene) if uid in pair and "link_0" not in _names(snapshot, pair)]
@@ -131,7 +144,18 @@ def test_a_path_keeps_the_padding_of_a_wall() -> None:
     for q in positions[::5]:
         scene.place(standing_at(snapshot, question.q_index, q))
         nearest.append(min(coal_distances(scene, pairs)))
-    assert 0.07 - 1e-6 < min(nearest) < 0.2
+    return min(nearest)
+
+
+def test_a_start_nearer_than_the_clearance_is_refused_with_what_is_near() -> None:
+    snapshot = walled(distance=0.0)
+    question = asked(snapshot, "iiwa", clearance=0.3)
+    there = cleared(snapshot, snapshot.structure.node("iiwa"), 0.3)
+    with pytest.raises(
+        KernelError, match=r"at the start of the path 'iiwa' .* is nearer to 'wall' than 0.3 m"
+    ) as refusal:
+        find_path(HereSite(there), question)
+    assert refusal.value.reason is Reason.COLLISION
 
 
 def _names(snapshot: Snapshot, pair: tuple[int, int]) -> str:

@@ -609,7 +609,7 @@ class FreePath(Face):
 
 class Paths(Face):
     """Free ways in the world of one kernel."""
-    def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
+    def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., clearance: float = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
     def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""

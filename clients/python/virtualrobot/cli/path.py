@@ -42,6 +42,13 @@ Examples:
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
 )
+@click.option(
+    "--clearance",
+    type=FiniteRange(min=0.0),
+    default=0.0,
+    metavar="METERS",
+    help="How far it stays away from all else [0].",
+)
 @click.option("--show/--hide", default=None, help="Its waypoints as ghosts in the viewer and in pictures.")
 @click.option("--go", is_flag=True, help="Go along the path.")
 @group_options
@@ -58,6 +65,7 @@ def path(
     planner: str | None,
     seed: int,
     time_limit: float,
+    clearance: float,
     show: bool | None,
     go: bool,
     degrees: bool,
@@ -81,6 +89,7 @@ def path(
             planner=planner or "RRTConnect",
             seed=seed,
             time_limit=time_limit,
+            clearance=clearance,
             group=group[0] or (group[1:] if any(group) else None),
         )
         click.echo(path_line(found))

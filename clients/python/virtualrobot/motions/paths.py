@@ -141,6 +141,7 @@ class Paths:
         speed_factor: float | None = None,
         zone_percent: float | None = None,
         group: str | tuple[str, str] | None = None,
+        clearance: float = 0.0,
         progress: Callable[[PathProgress], None] | None = None,
     ) -> FreePath:
         """Return a path on which an arm touches nothing that it may not. Nothing moves.
@@ -161,11 +162,14 @@ class Paths:
             zone_percent: the most by which corners are rounded off, 0 to 50 (the default).
             group: the group of the robot whose joints move, by name or as (base link, tip link); by default its own
                 chain.
+            clearance: how far the robot, with its tools and what it holds, stays away from all else that it may not
+                touch, at start and goal too: in m beyond the paddings, up to 1.
             progress: is called about four times a second; what it raises ends the search. Without it the client's
                 `on_progress` is told.
 
         Raises:
-            CollisionError: when the robot touches something at the start or at every goal.
+            CollisionError: when the robot touches something at the start or at every goal, or is nearer than the
+                clearance.
             UnreachableError: when a pose is out of reach, or no path was found in time.
             UnknownNameError: for a robot, joint, posture, target or planner that there is not.
             LimitError: when a joint cannot be there.
@@ -188,6 +192,7 @@ class Paths:
             speed_factor=value_or_default(speed_factor, "speed_factor"),
             blend_percent=zone_percent,
             group=group_message(group),
+            clearance_meters=clearance,
         )
         last = path_pb2.FindPathResponse()
         waiting = Waiting("looking for a path", self._services.channel.on_progress)

@@ -31,7 +31,7 @@ PATH_PLANNER_RRT_STAR: PathPlanner
 PATH_PLANNER_INFORMED_RRT_STAR: PathPlanner
 
 class FindPathRequest(_message.Message):
-    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent", "group")
+    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent", "group", "clearance_meters")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     START_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
@@ -41,6 +41,7 @@ class FindPathRequest(_message.Message):
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
     GROUP_FIELD_NUMBER: _ClassVar[int]
+    CLEARANCE_METERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     start: _motion_pb2.JointGoal
     goal: _motion_pb2.PointToPoint
@@ -50,7 +51,8 @@ class FindPathRequest(_message.Message):
     speed_factor: float
     blend_percent: float
     group: _nodes_pb2.GroupSelection
-    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
+    clearance_meters: float
+    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., clearance_meters: _Optional[float] = ...) -> None: ...
 
 class FindPathResponse(_message.Message):
     __slots__ = ("stamp", "elapsed_seconds", "states", "checks", "path")

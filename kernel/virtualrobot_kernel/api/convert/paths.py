@@ -12,6 +12,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.messages.robots import selection_message
 from virtualrobot_kernel.messages.values import check_enum, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
+from virtualrobot_kernel.world.collisions import MOST_PADDING_METERS
 from virtualrobot_kernel.world.groups import WHOLE
 
 SECONDS, MOST_SECONDS = 10.0, 600.0
@@ -54,8 +55,16 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
     percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
     if not 0.0 <= percent <= PERCENT:
         raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
+    clearance = finite(request.clearance_meters, "clearance_meters")
+    if not 0.0 <= clearance <= MOST_PADDING_METERS:
+        raise LimitError(
+            f"clearance_meters must be from 0 to {MOST_PADDING_METERS:g}, not {clearance:g}",
+            field="clearance_meters",
+            value=clearance,
+            upper=MOST_PADDING_METERS,
+        )
     check_enum(request, "planner")
-    return PathOptions(PLANNERS[request.planner], request.seed, seconds, factor, percent)
+    return PathOptions(PLANNERS[request.planner], request.seed, seconds, factor, percent, clearance)
 
 
 def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundPath:
