@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.seeing.navigation import navigator
 from virtualrobot_apps.seeing.navigation.floors import Box
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
+from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.localising import Localiser
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
-from virtualrobot_apps.seeing.navigation.poses import distance
+from virtualrobot_apps.seeing.navigation.poses import Floats, distance
+from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
 from tests.apps.seeing.flat_vehicles import UGV, Driven, drive, known, room, vehicle
@@ -104,19 +107,63 @@ def test_odometry_that_stands_is_told_and_the_lidar_goes_on(rng: np.random.Gener
     assert any(one.startswith("its odometry stands: the lidar says") for one in frozen.told), frozen.told
 
 
-def test_a_map_of_another_building_is_told(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody tells it where it is: it drives about without touching anything, and says what is wrong."""
+FURNISHED = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
+OTHERS = [*room(3.0, 2.2), Box(1.5, 1.1, 0.7, 0.5, 1.0, "#a52")]
+
+
+@pytest.mark.parametrize(
+    ("boxes", "map_of"),
+    [(FURNISHED, known(OTHERS, 3.0, 2.2)), (room(5.3, 6.8), known(room(4.0, 3.0), 4.0, 3.0))],
+    ids=["furnished", "empty"],
+)
+def test_a_map_of_another_building_is_told(
+    boxes: list[Box], map_of: Grid, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody tells it where it is: it drives about without touching anything, and says what is wrong.
+
+    Walls of an empty room fit each corner whose other walls are out of the lidar's reach, but for these.
+    """
     monkeypatch.setattr(navigator, "LOST_SECONDS", 8.0)
-    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
-    others = [*room(3.0, 2.2), Box(1.5, 1.1, 0.7, 0.5, 1.0, "#a52")]
     told: list[str] = []
     pose = np.array([0.6, 1.5, 0.0])
-    lost = Driven(Navigator(Localiser(known(others, 3.0, 2.2)), UGV, say=told.append), pose, pose.copy(), told=told)
+    lost = Driven(Navigator(Localiser(map_of), UGV, say=told.append), pose, pose.copy(), told=told)
     lost.navigator.go(Goal(2.5, 1.8))
     assert drive([lost], lambda time: boxes, rng) > 0.0
     assert told[0] == "is lost: looks for its place in the map"
     assert told[-1].startswith("gives up: no place of this map fits what the lidar sees (the best one to "), told
     assert told[-1].endswith("is it the map of this building?")
+
+
+class Fickle(Localiser):
+    """Localiser that finds its place and loses it, two scans after each other."""
+
+    scans = 0
+
+    @property
+    def lost(self) -> bool:
+        """Return whether it has lost its place now."""
+        return self.scans // 2 % 2 == 1
+
+    def update(self, scan: Scan) -> Floats:
+        """Count scans."""
+        self.scans += 1
+        return super().update(scan)
+
+
+def test_places_that_are_found_in_vain_come_to_an_end(rng: np.random.Generator) -> None:
+    pose, told = np.array([0.6, 1.5, 0.0]), list[str]()
+    ugv = Driven(
+        Navigator(Fickle(known(FURNISHED, 4.0, 3.0), pose), UGV, say=told.append), pose, pose.copy(), told=told
+    )
+    ugv.navigator.go(Goal(3.5, 2.6))
+    drive([ugv], lambda time: FURNISHED, rng)
+    assert sum(one.startswith("knows its place again") for one in told) == 3, told
+    assert told[-1].startswith("gives up: it has found its place 3 times, and none of them fits any more"), told
+
+
+def test_a_map_without_walls_is_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match="the map has 0 cells of walls beside free ones, and 20 at least"):
+        Localiser(known([], 4.0, 3.0))
 
 
 def test_a_goal_that_the_map_refuses_is_refused_before_a_search(rng: np.random.Generator) -> None:

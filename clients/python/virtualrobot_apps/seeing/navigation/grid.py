@@ -45,17 +45,21 @@ class Grid:
         if not len(ends):
             return
         self._grow(np.vstack([ends, origin[None]]))
-        away = ends - origin
-        lengths = np.linalg.norm(away, axis=1)
         # Half a cell before the echo a ray has passed: what lies there is that cell itself.
-        steps = np.arange(0.0, lengths.max() + self.resolution, 0.7 * self.resolution)
-        along = steps[None, :] < (lengths - self.resolution)[:, None]
-        rays, marks = np.nonzero(along)
-        passed = origin + away[rays] * (steps[marks] / np.maximum(lengths[rays], 1e-9))[:, None]
+        _, passed = self._passed(origin, ends, self.resolution)
         change = np.zeros_like(self.log_odds)
         change[self.cells(passed)] = MISS
         change[self.cells(echoes)] = HIT  # an echo outdoes what passes the same cell
         np.clip(self.log_odds + change, -MOST, MOST, out=self.log_odds)
+
+    def stops(self, origin: Floats, ends: Floats, short: float) -> NDArray[np.bool_]:
+        """Return which rays from a place (2,) to ends (n, 2) meet an occupied cell so far before these (m)."""
+        rays, passed = self._passed(origin, ends, short)
+        inside = self.has(passed)
+        met = self.occupied[self.cells(passed[inside])]
+        found = np.zeros(len(ends), bool)
+        found[rays[inside][met]] = True
+        return found
 
     def cells(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (n,) of points (n, 2), which may lie outside."""
@@ -120,6 +124,14 @@ class Grid:
             "free_thresh": FREE,
         }
         path.write_text(yaml.safe_dump(told, sort_keys=False), "utf-8")
+
+    def _passed(self, origin: Floats, ends: Floats, short: float) -> tuple[NDArray[np.int64], Floats]:
+        """Return places (m, 2) that rays from one (2,) to ends (n, 2) pass, up to so far before them (m), and whose."""
+        away = ends - origin
+        lengths = np.linalg.norm(away, axis=1)
+        steps = np.arange(0.0, lengths.max(initial=0.0) + self.resolution, 0.7 * self.resolution)
+        rays, marks = np.nonzero(steps[None, :] < (lengths - short)[:, None])
+        return rays, origin + away[rays] * (steps[marks] / np.maximum(lengths[rays], 1e-9))[:, None]
 
     def _grow(self, points: Floats) -> None:
         """Let the grid hold points (n, 2), by whole meters."""

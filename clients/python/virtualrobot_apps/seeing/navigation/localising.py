@@ -6,9 +6,10 @@ The score of a place is that of a likelihood field: S. Thrun, W. Burgard, D. Fox
 from __future__ import annotations
 
 import numpy as np
+from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud
+from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud, Match
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, distance, moved
 from virtualrobot_apps.seeing.navigation.regions import apart
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -19,6 +20,8 @@ FOUND_SHARE = 0.75
 """Part of a scan that must fit where a lost vehicle is found."""
 CLEARER = 0.1
 """Lead of the best place over any other one, in shares, with which a lost vehicle is there."""
+BEHIND = 0.3
+"""Distance (m) by which a ray that has passed a wall of the map must have gone on."""
 STEP_METERS, STEP_RADIANS = 0.25, np.radians(6.0)
 """Distance and turn between the places that are looked at."""
 _RAYS = 60
@@ -31,9 +34,19 @@ class Localiser:
     """Tells where a vehicle is in a map, by scans and odometry."""
 
     def __init__(self, grid: Grid, start: Floats | None = None) -> None:
-        """Begin at a pose (3,) in the map; None: lost."""
+        """Begin at a pose (3,) in the map; None: lost.
+
+        Raises:
+            InvalidArgumentError: where the map has too few walls to tell a place by.
+        """
         self.grid = grid
-        self._walls = Cloud(*grid.faces())
+        walls, normals = grid.faces()
+        if len(walls) < FEWEST:
+            raise InvalidArgumentError(
+                f"the map has {len(walls)} cells of walls beside free ones, and {FEWEST} at least are needed to find a "
+                "place on it"
+            )
+        self._walls = Cloud(walls, normals)
         self._likelihood = np.exp(-0.5 * (apart(grid.occupied) * grid.resolution / _DEVIATION) ** 2)
         self._pose = np.zeros(3) if start is None else np.asarray(start, np.float64)
         self._odometry: Floats | None = None
@@ -64,8 +77,8 @@ class Localiser:
             self._look(scan, step)
             return self._pose
         found = self._walls.match_after(scan.points, scan.normals, guess, step)
-        self.share = found.share
-        if found.share < LOST_SHARE:
+        self.share = self._share(scan, found)
+        if self.share < LOST_SHARE:
             self._unfit += 1
             if self.lost:
                 self._guesses = None
@@ -78,19 +91,28 @@ class Localiser:
         """Look for the vehicle: everywhere at first, then where it would have driven to from the best places."""
         places = self._everywhere(scan.points) if self._guesses is None else compose(self._guesses, step)
         matches = [self._walls.match(scan.points, scan.normals, place, reach=1.0) for place in places[:_REFINED]]
-        order = sorted(matches, key=lambda match: -match.share)
+        rated = sorted(((self._share(scan, match), match.pose) for match in matches), key=lambda one: -one[0])
         distinct: list[Floats] = []
         shares: list[float] = []
-        for match in order:
-            if all(distance(match.pose, one) > 0.3 or abs(between(one, match.pose)[2]) > 0.2 for one in distinct):
-                distinct.append(match.pose)
-                shares.append(match.share)
+        for share, pose in rated:
+            if all(distance(pose, one) > 0.3 or abs(between(one, pose)[2]) > 0.2 for one in distinct):
+                distinct.append(pose)
+                shares.append(share)
         self.best = shares[0] if shares else 0.0
         kept = [one for one, share in zip(distinct, shares, strict=True) if share > FOUND_SHARE - CLEARER]
         if kept and shares[0] > FOUND_SHARE and (len(shares) == 1 or shares[0] > shares[1] + CLEARER):
             self._pose, self._unfit, self._guesses, self.share = distinct[0], 0, None, shares[0]
         else:
             self._guesses = np.array(kept) if kept else None
+
+    def _share(self, scan: Scan, match: Match) -> float:
+        """Return which part of a scan fits the map: of its echoes, and of the rays that have passed walls of the map.
+
+        By echoes alone a corner fits each corner, and what stands behind it on the map counts for nothing.
+        """
+        rays = np.vstack([scan.points, scan.empty])
+        passed = self.grid.stops(moved(match.pose, scan.origin[None])[0], moved(match.pose, rays), BEHIND).sum()
+        return match.share * len(scan.points) / (len(scan.points) + int(passed))
 
     def _everywhere(self, points: Floats) -> Floats:
         """Return the places (n, 3) where a scan fits best, of all free ones and turns, the best first."""

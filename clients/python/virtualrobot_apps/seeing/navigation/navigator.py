@@ -30,8 +30,8 @@ PATIENCE_SECONDS = 6.0
 """Time without progress towards the goal after which it recovers."""
 NEAR_METERS = 1.0
 """Distance from a goal on which something stands, up to which it goes on towards it."""
-LOST_SECONDS = 60.0
-"""Time for which a vehicle that is lost looks for its place."""
+LOST_SECONDS, SEARCHES = 60.0, 3
+"""Time for which a vehicle that is lost looks for its place, and how often it does on the way to one goal."""
 RECOVERIES = 4
 """Number of recoveries, and of longer ways that are taken instead, on the way to one goal; then it gives up."""
 OTHER_METERS, CHEAPER = 0.4, 0.8
@@ -112,6 +112,7 @@ class Navigator:
         self._last: Observation | None = None
         self._twist = (0.0, 0.0)
         self._told = (0.0, 0.0)
+        self._searches = 0
         self._begin(0.0)
 
     @property
@@ -124,6 +125,7 @@ class Navigator:
         if not all(map(math.isfinite, (goal.x, goal.y, goal.heading or 0.0))):
             raise ValueError(f"a goal has finite numbers, not {goal}")
         self.goal, self.end, self.reached, self.way, self._said = goal, None, False, None, ""
+        self._searches = 0
         self._begin(self.last_time)
 
     def _begin(self, now: float) -> None:
@@ -356,6 +358,12 @@ class Navigator:
                 self._planner(np.zeros((0, 2))).check_goal(np.array([self.goal.x, self.goal.y]))
             except NoWayError as error:
                 return self._ends(f"gives up: {error}")
+            if self._searches == SEARCHES:
+                return self._ends(
+                    f"gives up: it has found its place {SEARCHES} times, and none of them fits any more: is it the map "
+                    "of this building?"
+                )
+            self._searches += 1
             self._lost_since = now
             self._unforeseen.clear()
             self._heard.clear()
