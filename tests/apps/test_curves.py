@@ -226,8 +226,9 @@ def test_corners_are_rounded_off_within_the_tolerance() -> None:
         ("C1 = CURVE / 1, 0., 1., 1, 0., 1., 2.\n", "is no VDA-FS: it has no header"),
         ("ISO-10303-21;\n", "part.vda:1: 'ISO-10303-21;' is no element of VDA-FS"),
         ("", "is no VDA-FS"),
-        ("P = HEADER / 0\nK = PSET / 2, 0,0,0, 0,0,0\n", "the curve 'K' has no length"),
+        ("P = HEADER / 0\nK = PSET / 2, 0,0,0, 0,0,0\nP = END\n", "the curve 'K' has no length"),
         ("P = HEADER / 0\nP1 = POINT / 0,0,0\nP = END\n", "part.vda has no curves"),
+        ("P = HEADER / 0\nK = PSET / 2, 0,0,0, 1,0,0\n", "part.vda is cut off: it does not end with an END"),
     ],
 )
 def test_what_is_no_curve_is_refused_with_its_line(tmp_path: Path, text: str, words: str) -> None:

@@ -145,7 +145,8 @@ class BranchKinematics(ABC):
             status = InverseStatus.UNREACHABLE
             reason = "no posture reaches the pose, with or without limits"
             if math.isfinite(sum(errors)):
-                reason += f"; the nearest is off by {errors[0] * 1e3:.3g} mm and {np.degrees(errors[1]):.3g} degrees"
+                apart = round(errors[0] * 1e3, 6), round(math.degrees(errors[1]), 6)
+                reason += f"; the nearest is off by {apart[0]:.3g} mm and {apart[1]:.3g} degrees"
             return InverseResult(status, empty, (), *errors, reason=joined(reason, *reasons))
         free = self.inverse(target, replace(options, respect_limits=False, configuration=""))
         broken = [self._broken(q) for q in free.solutions]

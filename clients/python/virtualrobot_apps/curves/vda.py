@@ -102,7 +102,7 @@ def _elements(text: str, file: str) -> Iterator[_Element]:
     """Yield the elements of a file up to its END; one goes on until the line that begins the next."""
     lines = text.splitlines()
     current: _Element | None = None
-    header, at = False, 0
+    header, ended, at = False, False, 0
     while at < len(lines):
         line = lines[at][:COLUMNS]
         at += 1
@@ -110,6 +110,7 @@ def _elements(text: str, file: str) -> Iterator[_Element]:
             continue
         match = _ELEMENT.fullmatch(line.rstrip())
         if line.strip().upper() == "END":
+            ended = True
             break
         if match is None:
             if current is None:
@@ -129,6 +130,7 @@ def _elements(text: str, file: str) -> Iterator[_Element]:
                 raise InvalidArgumentError(f"{file}:{at}: a header tells how many lines it has, not {count!r}")
             at += int(count)
         elif kind == "END":
+            ended = True
             break
         else:
             current = _Element(at, name, kind, rest)
@@ -136,6 +138,8 @@ def _elements(text: str, file: str) -> Iterator[_Element]:
         yield current
     if not header:
         raise InvalidArgumentError(f"{file} is no VDA-FS: it has no header, as PART = HEADER / 20")
+    if not ended:
+        raise InvalidArgumentError(f"{file} is cut off: it does not end with an END, as PART = END")
 
 
 def _curve(name: str, numbers: _Numbers) -> Curve:

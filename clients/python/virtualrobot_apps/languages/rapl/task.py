@@ -24,6 +24,8 @@ POLL_SECONDS = 0.01
 """Time (s) from one look at the world to the next while a program waits."""
 DEEPEST = 100
 """Number of programs that may have called each other."""
+MOST_CALLERS = 20
+"""Greatest number of programs, each called by the next, that a fault names."""
 ANALOG = "analog_{}"
 """Signal of an analog output, by its number."""
 
@@ -168,7 +170,8 @@ class RaplTask(Task):
         if self._now is None:
             raise RaplStopped(message) from error
         file, line = self._source.file, self._source.line(self._now.at)
-        called = "".join(f"\ncalled from {one.program.name}" for one in reversed(self._frames[:-1]))
+        callers = [one.program.name for one in reversed(self._frames[:-1])]
+        called = f"\ncalled from {' from '.join(callers)}" if 0 < len(callers) <= MOST_CALLERS else ""
         metadata = {"file": file, "line": str(line)}
         raise RaplStopped(f"{file}:{line}: line {self._now.number}: {message}{called}", metadata=metadata) from error
 
