@@ -54,6 +54,9 @@ _NEVER, _NOTHING = 1e-6, 1e-12
 LEFT = 0.2
 """Share of its speed that a tool has at least on its way to a pose, however fast it still moves beside that."""
 
+SLOWER = 0.98
+"""Share of its greatest speed that a goal moves with at most: a tool comes nearer to it."""
+
 _FARTHEST = 0.5
 """Farthest (rad or m) that joints are looked ahead to a pose."""
 
@@ -215,10 +218,22 @@ def led_by_twist(
 
 
 def led_to_pose(
-    lead: ToolLead, place: Place, twist: Array, slope: Array, way: Array, speed: float, limits: JointLimits, dt: float
+    lead: ToolLead,
+    place: Place,
+    twist: Array,
+    slope: Array,
+    ahead: Array,
+    way: Array,
+    drift: Array,
+    speed: float,
+    limits: JointLimits,
+    dt: float,
 ) -> tuple[Array, Array, Array]:
-    """Return what `led_by_twist` does of a tool that shall go a way (6,) to a rest, no faster than `speed`."""
-    axes = plane(way, twist, slope)
+    """Return what `led_by_twist` does of a tool that shall go a way (6,) to a goal, and rest there as seen from it.
+
+    The goal moves with the twist `drift` (6,). The tool goes no faster than `speed` along `ahead` (6,), where both go.
+    """
+    axes = plane(ahead, way, twist, slope, drift)
     if not len(axes):
         return np.zeros(6), np.zeros(6), np.zeros(6)
     before = axes @ -way
@@ -233,7 +248,8 @@ def led_to_pose(
     bounds = Bounds(*here[:2], *least, couplings=())
     now = JointState(*(tuple(one.tolist()) for one in (before, axes @ twist, axes @ slope)))
     still = (0.0,) * len(axes)
-    _, then = online.follow_positions(now, still, still, bounds, (speed,) * len(axes), dt)
+    moves = axes @ drift * min(1.0, SLOWER * speed / max(float(np.linalg.norm(drift)), _NOTHING))
+    _, then = online.follow_positions(now, still, tuple(moves.tolist()), bounds, (speed,) * len(axes), dt)
     after, speeds, changes = map(np.array, then)
     return (after - before) @ axes, speeds @ axes, changes @ axes
 

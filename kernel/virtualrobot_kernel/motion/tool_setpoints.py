@@ -7,6 +7,7 @@ brake together (`brake_together`), and the tool goes on from where they have it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import Self
@@ -21,8 +22,9 @@ from virtualrobot_kernel.motion.online import Coupling, JointState
 from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import NOTHING, Phase, TickContext
-from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
+from virtualrobot_kernel.motion.setpoint_motion import SMOOTHING_SECONDS, SetpointMode, SetpointMotion
 from virtualrobot_kernel.motion.tool_lead import (
+    APPROACH_SECONDS,
     BEYOND,
     SINGULARITY,
     SLOWEST,
@@ -44,7 +46,14 @@ NAMES = {SetpointMode.TOOL_TWIST: TWIST, SetpointMode.TOOL_POSE: POSE}
 SETTLED = 1e-8
 """Way (rad, or m over the lever arm) to a pose, and so far in a tick, from which the tool is put there."""
 
+APART_SECONDS = 0.1
+"""Longest time between poses that are places on one way, whose next ones are foreseen."""
+
+JITTER_SECONDS = 0.05
+"""Time by which a pose may come sooner than the tool could go there, and still be one on the way."""
+
 _ROUNDING, _NOTHING = 1e-9, 1e-12
+_STILL = np.zeros(6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +62,9 @@ class ToolSetpointMotion(SetpointMotion):
 
     lead: what leads it. base_t_tcp (4, 4): where it is to be by now. twist, slope (6,): its twist and the derivative of
     that, in the base's axes, m parts times the lead's weight. held_by: what keeps it slower than wanted: a joint's
-    name, or `singularity`; empty when nothing does. axes (m, k): those of the joints' brake, on which the
-    tool keeps its greatest speed; None: as they are found (motions of older journals).
+    name, or `singularity`; empty when nothing does. goal, drift: where poses seem to be by now (7,), and their twist
+    (6,), told as `twist` is; twists, and poses that stand, have no drift. axes (m, k): those of the joints' brake, on
+    which the tool keeps its greatest speed; None: as they are found (motions of older journals).
     """
 
     _: KW_ONLY
@@ -91,7 +101,7 @@ class ToolSetpointMotion(SetpointMotion):
         Where the tool comes to rest before that pose the motion is cancelled there.
         """
         newest = (0.0,) * 6 if self.mode is SetpointMode.TOOL_TWIST else self.newest
-        return replace(self, closed=True, fresh=False, newest=newest, counted=newest)
+        return replace(self, closed=True, fresh=False, newest=newest, counted=newest, goal=newest, drift=())
 
     def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> Self:
         """Return the motion `dt` seconds later; neither tool nor joint is faster than `override` times its limit."""
@@ -103,6 +113,7 @@ class ToolSetpointMotion(SetpointMotion):
         if heard.phase is Phase.PAUSED or heard.ended:
             return heard
         later = heard._led(dt, override) if heard.phase is Phase.RUNNING else heard._braked(dt)
+        later = later._moved_on(dt)
         if any(later.now.v) or any(later.now.a):
             return later
         if later.phase is not Phase.RUNNING:
@@ -147,10 +158,42 @@ class ToolSetpointMotion(SetpointMotion):
     def heard(self) -> Self:
         """Return the motion that counts its newest setpoint; a too old one stops it."""
         if self.fresh:
-            return replace(self, fresh=False, counted=self.newest, goal=self.newest, interval=self.age, age=0.0)
-        if self.closed or self.phase is Phase.STOPPING or self.age < self.timeout - _ROUNDING:
+            goal, drift = self._foreseen()
+            now = self.newest
+            return replace(self, fresh=False, counted=now, goal=goal, drift=drift, interval=self.age, age=0.0)
+        if self.closed or self.phase is Phase.STOPPING:
             return self
-        return self._timed_out()
+        if self.age >= self.timeout - _ROUNDING:
+            return self._timed_out()
+        stands = self.drift and self.age >= 2.0 * self.interval + SMOOTHING_SECONDS
+        return replace(self, goal=self.counted, drift=()) if stands else self
+
+    def _foreseen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return where poses seem to be now, and how fast they move: the filter of positions of joints, for a pose.
+
+        A pose that is too far from the one before, or comes too long after it, is no place on a way: it stands.
+        """
+        if self.mode is SetpointMode.TOOL_TWIST or not 0.0 < self.age <= APART_SECONDS:
+            return self.newest, ()
+        lead, here, seen = self.lead, _pose(self.goal), _pose(self.newest)
+        most, gone = self.age + JITTER_SECONDS, lead.way(_pose(self.counted), seen) / lead.weights
+        if (
+            np.linalg.norm(gone[:3]) > most * lead.limits.velocity
+            or np.linalg.norm(gone[3:]) > most * lead.limits.rotation_velocity
+        ):
+            return self.newest, ()
+        off, drift = lead.way(here, seen), np.array(self.drift or _STILL)
+        if max(np.abs(off).max(), np.abs(drift).max()) < SETTLED:
+            return self.newest, ()
+        fading = math.exp(-self.age / SMOOTHING_SECONDS)
+        goal = _values(lead.moved(here, (1.0 - fading**2) * off))
+        return goal, tuple((drift + (1.0 - fading) ** 2 * off / self.age).tolist())
+
+    def _moved_on(self, dt: float) -> Self:
+        """Return the motion whose goal has gone on by a tick."""
+        if not self.drift:
+            return self
+        return replace(self, goal=_values(self.lead.moved(_pose(self.goal), np.array(self.drift) * dt)))
 
     def _led(self, dt: float, override: float) -> Self:
         """Return the motion whose tool has gone on by a tick."""
@@ -190,11 +233,13 @@ class ToolSetpointMotion(SetpointMotion):
             if lead.in_tool:
                 wanted = (self.base_t_tcp[:3, :3] @ wanted.reshape(2, 3).T).T.ravel()
         else:
-            wanted = lead.way(self.base_t_tcp, _pose(self.counted))
-            if np.abs(wanted).max() < SETTLED and np.abs(self.twist).max() < SETTLED / dt:
+            wanted = lead.way(self.base_t_tcp, _pose(self.goal))
+            if not self.drift and np.abs(wanted).max() < SETTLED and np.abs(self.twist).max() < SETTLED / dt:
                 return np.where(np.abs(wanted) > _NOTHING, wanted, 0.0), np.zeros(6), np.zeros(6), ""
+        way, drift = wanted, np.array(self.drift or _STILL)
+        wanted = way + APPROACH_SECONDS * drift
         if not place.is_free:
-            wanted = place.jacobian @ (place.inverse @ wanted)
+            way, drift, wanted = (place.jacobian @ (place.inverse @ one) for one in (way, drift, wanted))
         length = float(np.linalg.norm(wanted))
         if length <= _ROUNDING * lead.weight and self.mode is SetpointMode.TOOL_TWIST:
             return *led_by_twist(lead, place, self.twist, self.slope, np.zeros(6), limits, dt), ""
@@ -203,7 +248,8 @@ class ToolSetpointMotion(SetpointMotion):
             held_by = most.held_by if most is not None else ""
             return *led_by_twist(lead, place, self.twist, self.slope, np.zeros(6), limits, dt), held_by
         if self.mode is SetpointMode.TOOL_POSE:
-            return *led_to_pose(lead, place, self.twist, self.slope, wanted, most.value, limits, dt), most.held_by
+            led = led_to_pose(lead, place, self.twist, self.slope, wanted, way, drift, most.value, limits, dt)
+            return *led, most.held_by
         share = min(1.0, most.value / length)
         held_by = most.held_by if share < 1.0 else ""
         return *led_by_twist(lead, place, self.twist, self.slope, share * wanted, limits, dt), held_by
@@ -244,6 +290,10 @@ def _pose(values: Sequence[float]) -> Array:
     return pose
 
 
+def _values(pose: Array) -> tuple[float, ...]:
+    return (*pose[:3, 3].tolist(), *quaternion(pose[:3, :3]))
+
+
 def start(
     mode: SetpointMode,
     lead: ToolLead,
@@ -258,8 +308,7 @@ def start(
     """
     begun = setpoint_motion.start(SetpointMode.VELOCITY, limits, q, timeout, couplings)
     pose = lead.at(np.array(begun.now.q)).pose
-    here = (*pose[:3, 3].tolist(), *quaternion(pose[:3, :3]))
-    first = (0.0,) * 6 if mode is SetpointMode.TOOL_TWIST else here
+    first = (0.0,) * 6 if mode is SetpointMode.TOOL_TWIST else _values(pose)
     return ToolSetpointMotion(
         mode=mode,
         limits=begun.limits,

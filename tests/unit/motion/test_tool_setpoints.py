@@ -100,6 +100,37 @@ def test_a_tool_turns_about_its_centre_point_and_moves_meanwhile() -> None:
     check_limits(run, motion.limits)
 
 
+@pytest.mark.parametrize("name", POSTURES)
+@pytest.mark.parametrize("turning", [0.0, 0.5])
+def test_poses_of_constant_speed_are_followed_without_lag(name: str, turning: float) -> None:
+    """As a hand moves it: 72 poses a second, at ticks between which they come unevenly."""
+    motion = following(POSE, name, POSTURES[name])
+    begin, direction, axis = place(motion), np.array([-0.48, 0.6, 0.64]), np.array([1.0, 2.0, -2.0]) / 3.0
+
+    def there(seconds: float) -> np.ndarray:
+        goal = begin.copy()
+        goal[:3, 3] += 0.1 * seconds * direction
+        goal[:3, :3] = rotation_matrix(turning * seconds * axis) @ begin[:3, :3]
+        return goal
+
+    run, told = [motion], 0
+    for tick in range(300):
+        if 72 * tick * TICK >= told:
+            motion, told = motion.set(pose(there(tick * TICK))), told + 1
+        motion = motion.advance(TICK, 1.0)
+        run.append(motion)
+    assert np.abs(place(motion) - there(300 * TICK)).max() < 1e-6
+    # It has caught up with what it was behind at first, within its greatest speed.
+    assert max(float(np.linalg.norm(one.base_twist[:3])) for one in run) <= SPEED * (1.0 + BEYOND)
+    # The last one stands: the tool goes beyond it by the way of its brake at most, v sqrt(v / j), and comes back.
+    last = there(299 * TICK)
+    run += led(motion, pose(last), 300)[1:]
+    beyond = max(float(direction @ (place(one) - last)[:3, 3]) for one in run)
+    assert beyond < 0.1 * np.sqrt(0.1 / JERK) + 0.1 * 3 * 2 * TICK + OVERSHOOT
+    assert np.abs(place(run[-1]) - last).max() < 1e-9
+    check_limits(run, motion.limits)
+
+
 @pytest.mark.parametrize("name", ["ur5", "iiwa", "panda"])
 def test_a_pose_is_reached_on_a_straight_line_and_kept(name: str) -> None:
     motion = following(POSE, name, POSTURES[name])
