@@ -1,23 +1,21 @@
-"""The page in a room by an emulated headset: how soon a goal is answered, a press moves the robot, and what is drawn.
+"""The page in a room by an emulated headset: how soon goals and hands are answered, and what is drawn.
 
-Chromium tells when frames of the page's socket go and come (`Network.webSocketFrameSent` and `...Received`, whose clock
-is CLOCK_MONOTONIC); where the robot was at which time says the kernel, whose ticks follow the wall clock.
+When calls go and come, hands move and triggers are pulled is told in the page, by its clock; where the robot was at
+which time says the kernel, whose ticks follow the wall clock.
 """
 
 from __future__ import annotations
 
-import base64
-import struct
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import virtualrobot
-from playwright.sync_api import Browser, CDPSession, Page, expect
+from playwright.sync_api import Browser, expect
 from virtualrobot import Client
+from virtualrobot.v1 import robot_pb2
 from virtualrobot_apps.demos.palletizing import cell
 
 from benchmarks.console import LONGEST, Robot, beats, hang, pumped
@@ -31,14 +29,18 @@ from tests.waiting import until
 ROUNDS = 10
 HERE = (0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0)
 WAY = (-0.1, -0.08, 0.06)
-STEPS = 200
-"""Places at which the goal is while it is dragged along its way, one for each picture of the headset."""
+DRAG_SECONDS = 6.0
+LEAD_SECONDS = 1.5
+"""Times in which a goal is dragged along its way, and in which a hand leads the tool there: with 94 mm/s."""
 
 SLOWLY = 0.2
 """Speed factor of the cell, with which the short way takes so long that a page may hang on it."""
 
-INVERSE, PRESS = 0.033, 0.060
-"""Times (s) that are promised: from a goal to its posture, and from the trigger to the tick of the first movement."""
+SPEED = float(np.linalg.norm(WAY)) / LEAD_SECONDS
+
+INVERSE, PRESS, LAG = 0.033, 0.060, 0.050
+"""Times (s) that are promised: from a goal to its posture, from the trigger to the tick of the first movement, and by
+which a tool that a hand leads is behind it."""
 
 CALLS, TRIANGLES, FRAME = 50, 300e3, 0.003
 """Draw calls and triangles of an eye's picture of the demo's cell at most, and the page's time (s) for a frame."""
@@ -91,67 +93,79 @@ FRAMES = """() => new Promise((done) => {
 })"""
 """Gives what 50 frames of a headset draw: calls, triangles and the page's time, ms."""
 
-HEAD = struct.Struct(">IB")
-BEGIN, END = 0, 2
+CALLS_TIMED = """
+window.took = {};
+const begun = new Map(), Socket = WebSocket, text = new TextDecoder();
+window.WebSocket = class extends Socket {
+  send(data) {
+    const view = new DataView(data.buffer), begins = view.getUint8(4) === 0;
+    const path = begins && JSON.parse(text.decode(data.subarray(5))).method;
+    if (path) begun.set(view.getUint32(0), [path.split("/").pop(), performance.now()]);
+    super.send(data);
+  }
+  set onmessage(hear) {
+    super.onmessage = hear && ((event) => {
+      const view = new DataView(event.data), [method, since] = begun.get(view.getUint32(0)) ?? [];
+      if (method && view.getUint8(4) === 2) (took[method] ??= []).push(performance.now() - since);
+      hear(event);
+    });
+  }
+};
+window.clock = () => performance.timeOrigin + performance.now();
+// Goes a way at a constant speed, and tells when it began, by the clock of the wall.
+window.go = async (way, seconds) => {
+  const { position } = atHand(), from = [position.x, position.y, position.z], begin = clock();
+  for (let part = 0; part < 1; ) {
+    part = Math.min((clock() - begin) / 1000 / seconds, 1);
+    position.set(...from.map((at, axis) => at + part * way[axis]));
+    await frames(1);
+  }
+  return begin / 1000;
+};
+"""
+"""Tells how long (ms) calls of the page took, from their first frame sent until it has heard their last one."""
+
+HIDDEN = "() => { document.documentElement.style.visibility = 'hidden'; }"
+"""Has the browser paint nothing of the page: headsets don't, as long as they show a room."""
 
 
-@dataclass
-class Calls:
-    """Calls of a page by number: when each began, s, and how long those took that have ended, s."""
-
-    method: bytes
-    begun: dict[int, float] = field(default_factory=dict)
-    seconds: list[float] = field(default_factory=list)
-
-    def sent(self, event: dict[str, Any]) -> None:
-        """Take a frame that the page has sent."""
-        data = base64.b64decode(event["response"]["payloadData"])
-        number, kind = HEAD.unpack_from(data)
-        if kind == BEGIN and self.method in data:
-            self.begun[number] = event["timestamp"]
-
-    def received(self, event: dict[str, Any]) -> None:
-        """Take a frame that has come to the page."""
-        number, kind = HEAD.unpack_from(base64.b64decode(event["response"]["payloadData"]))
-        if kind == END and number in self.begun:
-            self.seconds.append(event["timestamp"] - self.begun.pop(number))
+def hand_goes(person: Person, way: Sequence[float], seconds: float) -> float:
+    """Have the hand go a way of the world at a constant speed; return when it began (s, as `time.monotonic`)."""
+    right, ahead, up = person.turned(way)
+    begin = person.page.evaluate("([way, seconds]) => go(way, seconds)", [[right, up, -ahead], seconds])
+    return begin + time.monotonic() - time.time()
 
 
 @contextmanager
-def listened(page: Page, method: str) -> Iterator[Calls]:
-    """Give the calls of a method that a page makes."""
-    calls = Calls(f"/{method}".encode())
-    session: CDPSession = page.context.new_cdp_session(page)
-    session.on("Network.webSocketFrameSent", calls.sent)
-    session.on("Network.webSocketFrameReceived", calls.received)
-    session.send("Network.enable")
-    try:
-        yield calls
-    finally:
-        session.detach()
-
-
-@contextmanager
-def proposed(
-    browser: Browser, console: Console, client: Client, steps: int = 8, script: str = ""
-) -> Iterator[tuple[Person, list[float]]]:
-    """Give a person who points at Hold to run, and how long (s) each of the goals on the way there took.
-
-    The page runs a script before its own.
-    """
+def entered(browser: Browser, console: Console, client: Client, script: str = "") -> Iterator[Person]:
+    """Give a person before an arm that stands, with nothing proposed; the page runs a script before its own."""
     client.stop()
     until(lambda: not client.motions())
     for one in client.proposals.list():
         if one.state == "proposed":
             client.proposals.reject(one)
-    arm = client.robots["iiwa"]
-    arm.set_positions(HERE)
-    with in_room(browser, console, "iiwa", script=script) as person:
-        with listened(person.page, "SolveInverse") as calls:
-            person.take(arm.tcp[:3, 3], WAY, steps)
-            expect(person.told).to_contain_text("free")
+    client.robots["iiwa"].set_positions(HERE)
+    with in_room(browser, console, "iiwa", script=script + CALLS_TIMED) as person:
+        if script == UNDRAWN:
+            person.page.evaluate(HIDDEN)
+        yield person
+
+
+@contextmanager
+def proposed(
+    browser: Browser, console: Console, client: Client, seconds: float = 0.3, script: str = ""
+) -> Iterator[tuple[Person, list[float]]]:
+    """Give a person who points at Hold to run, and how long (s) each of the goals on the way there took."""
+    with entered(browser, console, client, script) as person:
+        person.reach(client.robots["iiwa"].tcp[:3, 3])
+        person.squeeze(1)
+        hand_goes(person, WAY, seconds)
+        took = person.page.evaluate("took.SolveInverse")
+        person.page.evaluate("still", 120)  # longer than the page looks back when a hand lets go, 80 ms
+        person.squeeze(0)
+        expect(person.told).to_contain_text("free")
         person.point("hold")
-        yield person, calls.seconds
+        yield person, (1e-3 * np.array(took)).tolist()
 
 
 def press_seconds(browser: Browser, console: Console, client: Client, script: str = "") -> float:
@@ -159,12 +173,41 @@ def press_seconds(browser: Browser, console: Console, client: Client, script: st
     robot = Robot(client)
     try:
         with proposed(browser, console, client, script=script) as (person, _):
-            pressed = time.monotonic()
-            person.page.evaluate("() => atHand().updateButtonValue('trigger', 1)")
+            pressed = person.page.evaluate("() => { atHand().updateButtonValue('trigger', 1); return clock() / 1000; }")
             pumped(person.page, lambda: robot.moves)
-            return robot.moves_since - pressed
+            return robot.moves_since - (pressed + time.monotonic() - time.time())
     finally:
         robot.end()
+
+
+def lags(browser: Browser, console: Console, client: Client, script: str = "") -> list[float]:
+    """Return how much later (s) than a hand that leads it the tool is at each place, once it goes as fast."""
+    offset = time.monotonic() - time.time()
+    seen: list[tuple[float, list[float]]] = []
+
+    def watch() -> None:
+        with states as told:
+            for one in told:
+                at = one.robots[0].world_t_tcp.position
+                seen.append((one.stamp.wall_time.ToNanoseconds() * 1e-9 + offset, [at.x, at.y, at.z]))
+
+    with entered(browser, console, client, script) as person:
+        tool = client.robots["iiwa"].tcp[:3, 3]
+        person.press("lead")
+        person.reach(tool)
+        person.squeeze(1)
+        states = client.services.robot.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=250.0))
+        watching = threading.Thread(target=watch, daemon=True)
+        watching.start()
+        begin = hand_goes(person, WAY, LEAD_SECONDS)
+        person.squeeze(0)
+        states.cancel()
+        watching.join()
+    times, places = np.array([time for time, _ in seen]), np.array([place for _, place in seen])
+    parts = (places - tool) @ WAY / np.dot(WAY, WAY)
+    return (times - begin - parts * LEAD_SECONDS)[
+        (parts > 0.4) & (parts < 0.95) & (times < begin + LEAD_SECONDS)
+    ].tolist()
 
 
 def hang_seconds(browser: Browser, console: Console, client: Client) -> float:
@@ -198,12 +241,16 @@ def run() -> list[Row]:
     ):
         client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
         client.speed_factor = SLOWLY
-        solved, presses = {}, {}
+        solved, presses, behind = {}, {}, {}
         for script in ("", UNDRAWN):
-            with browsers() as browser, proposed(browser, console, client, STEPS, script) as (_, seconds):
+            with browsers() as browser, proposed(browser, console, client, DRAG_SECONDS, script) as (_, seconds):
                 solved[script] = seconds
             with browsers() as browser:
                 presses[script] = [press_seconds(browser, console, client, script) for _ in range(ROUNDS)]
+            client.speed_factor = 1.0
+            with browsers() as browser:
+                behind[script] = lags(browser, console, client, script)
+            client.speed_factor = SLOWLY
         hangs = []
         for _ in range(ROUNDS):
             with browsers() as browser:
@@ -229,6 +276,14 @@ def run() -> list[Row]:
                 f"the trigger in a headset: to the tick of the first movement{told}",
                 *(1e3 * np.quantile(presses[script], 0.95), 1e3 * PRESS, promised, "ms", 1.0),
                 note=f"p95 of {ROUNDS}; median {1e3 * np.median(presses[script]):.0f} ms",
+            )
+            for script, told in BOTH
+        ),
+        *(
+            row(
+                f"a hand leads the tool at {1e3 * SPEED:.0f} mm/s: by how much it comes later{told}",
+                *(1e3 * np.quantile(behind[script], 0.95), 1e3 * LAG, promised, "ms", 1.0),
+                note=f"p95 of {len(behind[script])}; median {1e3 * np.median(behind[script]):.0f} ms",
             )
             for script, told in BOTH
         ),

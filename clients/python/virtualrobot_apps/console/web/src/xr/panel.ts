@@ -37,6 +37,8 @@ const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] =
 const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", lead: "Lead", register: "Register", leave: "Leave", smaller: "Smaller", life: "Life size", larger: "Larger" };
 const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
 const MOST_LINES = 3;
+/** Numbers that go on changing, as while a tool is dragged, are written so often (ms): writing takes longer than all else of a picture. */
+const NUMBERS_MS = 150;
 const FONT = "Inter Variable, sans-serif";
 
 export class Panel {
@@ -44,6 +46,8 @@ export class Panel {
   #canvas = document.createElement("canvas");
   #texture = new CanvasTexture(this.#canvas);
   #drawn = "";
+  #numbers = "";
+  #written = 0;
   #ray = new Raycaster();
 
   constructor() {
@@ -81,9 +85,12 @@ export class Panel {
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     const where = positionOf(pose).map((value, place) => `${"XYZ"[place]} ${fixed(1000 * value, 0)}`).join("  ");
     const robot = `${chosen.peek()}  ${where} mm`;
-    const told = JSON.stringify([title, words, robot, [...pointed].sort(), held, leads.peek(), stopping.peek(), scale.peek()]);
-    if (told === this.#drawn) return;
+    const told = JSON.stringify([title, ink, [...pointed].sort(), held, leads.peek(), stopping.peek(), scale.peek(), proposal.phase.peek()]), numbers = words + robot;
+    const now = performance.now(), isDue = numbers !== this.#numbers && now - this.#written > NUMBERS_MS;
+    if (told === this.#drawn && !isDue) return;
     this.#drawn = told;
+    this.#numbers = numbers;
+    this.#written = now;
     const pen = this.#canvas.getContext("2d")!, [width, height] = SIZE.pixels;
     pen.clearRect(0, 0, width, height);
     rounded(pen, [0, 0, width, height], "#15191ff2", 24);
