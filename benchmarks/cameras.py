@@ -29,7 +29,7 @@ from benchmarks.rays import WARM, Scan, in_turn
 from benchmarks.rows import Row, row
 
 ROUNDS = 15
-PLAIN, SHADED = 28.0, 12.0
+PLAIN, SHADED = 28.0, 16.0
 """Pictures a second that shall be taken: by a head light, and with textures and a light that casts shadows."""
 
 

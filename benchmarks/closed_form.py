@@ -19,7 +19,7 @@ from benchmarks.rows import Row, row
 
 POSES = 500
 ROUNDS = 7
-BUDGET = 3.0
+BUDGET = 2.0
 
 
 def microseconds(call: Callable[[Floats], object], targets: list[Floats]) -> float:

@@ -20,7 +20,7 @@ from benchmarks.collision_cell import collision_cell
 from benchmarks.rows import Row, row
 from tests.unit.journals import entries_of
 
-TICK_MILLISECONDS = 4.0
+TICK_MILLISECONDS, WORST_MILLISECONDS = 4.0, 12.0
 WAIT = 600.0
 FARTHEST = 0.8
 """Distance (rad) that each joint goes in a motion, at the most."""
@@ -80,4 +80,7 @@ def run() -> list[Row]:
         note = f"worst {1e3 * cost.worst_seconds:.1f} ms of {cost.ticks} ticks, {stops} stops"
         what = f"guard, {arms} arm{'s' if arms > 1 else ''} and {meshes} meshes"
         rows.append(row(what, milliseconds, TICK_MILLISECONDS, "a tick", "ms", 1.0 if arms == 1 else None, note))
+        if meshes:
+            note = "the worst tick"
+            rows.append(row(what, 1e3 * cost.worst_seconds, WORST_MILLISECONDS, "the budget", "ms", 1.0, note))
     return rows
