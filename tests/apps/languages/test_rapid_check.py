@@ -151,12 +151,20 @@ def test_local_names_are_those_of_their_module() -> None:
     assert found == ["6:5: 'spare' is not declared"]
 
 
-def test_the_command_for_yaml_names_that_for_rapid(tmp_path: Path) -> None:
+def test_the_command_for_programs_leaves_those_in_other_languages_to_them(tmp_path: Path) -> None:
     file = tmp_path / "job.mod"
-    file.write_text("MODULE Job ENDMODULE")
-    result = CliRunner().invoke(run, [str(file), "--check"])
-    assert result.exit_code == 2
-    assert f"write 'virtualrobot rapid check {file} --run'" in result.output.replace("\n", " ")
+    file.write_text("MODULE Job\nPROC main()\nreg1 := redg1;\nENDPROC\nENDMODULE")
+    for arguments in ([str(file), "--check"], ["--task", f"T_OTHER={file}", "--check"]):
+        result = CliRunner().invoke(run, arguments)
+        assert (result.exit_code, result.output.partition(": ")[2]) == (
+            *(0, "'redg1' is not declared; did you mean 'reg1'?\n1 fault\n"),
+        )
+    assert "No such option" in CliRunner().invoke(run, [str(file), "--preempt"]).output
+    script = tmp_path / "spin.script"
+    script.write_text("def spin():\n  sleep(\nend\n")
+    assert "spin.script:" in CliRunner().invoke(run, [str(script), "--check"]).output
+    told = CliRunner().invoke(run, [str(script)])
+    assert told.exit_code == 2 and "runs where it is sent to" in told.output.replace("\n", " ")
 
 
 def test_modules_see_each_other_and_data_may_be_told_later() -> None:
@@ -204,3 +212,20 @@ def test_the_command_tells_faults_with_places_and_exit_code_1(tmp_path: Path) ->
     bad.write_text('MODULE Bad\nPROC help()\nTPWrite "";\nENDPROC\nENDMODULE\n')
     two = runner.invoke(rapid, ["check", str(good), str(bad)], standalone_mode=False)
     assert (two.return_value, two.output) == (0, "no fault in 2 routines\n")
+
+
+def test_an_orientation_that_is_none_is_told_where_it_is_written_for_good() -> None:
+    """Four zeros stand for a place that is not known yet, and a variable may be normalized before it is used."""
+    said = "the orientation [1.001, 0, 0, 0] has the length 1.001 and not 1; use NOrient"
+    rest = "[0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
+    wrong = f"CONST robtarget far := [[0, 0, 0], [1.001, 0, 0, 0], {rest}];"
+    assert fault_of("", wrong) == said
+    for fine in (
+        f"VAR robtarget far := [[0, 0, 0], [1.001, 0, 0, 0], {rest}];",
+        f"CONST robtarget far := [[0, 0, 0], [0, 0, 0, 0], {rest}];",
+        f"CONST robtarget far := [[0, 0, 0], [-0.707, 0, 0, 0.707], {rest}];",
+        "CONST orient raw := [1.001, 0, 0, 0];",
+    ):
+        loaded(f"MODULE T\n{fine}\nPROC main()\nENDPROC\nENDMODULE")
+    moved = f"MoveJ [[0, 0, 500], [1, 0, 0, -0.1], {rest}], v100, fine, tool0;"
+    assert fault_of(moved) == "the orientation [1, 0, 0, -0.1] has the length 1.00499 and not 1; use NOrient"

@@ -382,7 +382,9 @@ def product(p: tuple[float, ...], q: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def test_a_quaternion_that_is_far_from_length_1_is_refused_and_one_that_is_rounded_is_not() -> None:
-    assert main_prints("reg1 := EulerZYX(\\X, [1.001, 0, 0, 0]);") == []
+    assert main_prints("reg1 := EulerZYX(\\X, [0.707, 0, 0, 0.707]);") == []
+    with pytest.raises(RapidStopped, match=r"the orientation \[1.001, 0, 0, 0\] has the length 1.001 and not 1"):
+        main_prints("reg1 := EulerZYX(\\X, [1.001, 0, 0, 0]);")
     with pytest.raises(
         RapidStopped, match=r"the orientation \[1.1, 0, 0, 0\] has the length 1.1 and not 1; use NOrient"
     ):

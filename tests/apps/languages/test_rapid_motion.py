@@ -287,7 +287,10 @@ def test_what_can_not_be_done_is_said_at_its_line(client: virtualrobot.Client, a
         (r"table.robhold := TRUE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object that the robot holds"),
         (r"table.ufprog := FALSE; MoveJ above, v100, fine, grip \WObj:=table;", "is on the mechanical unit"),
         (r"MoveJ above, v100 \V:=0, fine, tool0 \WObj:=table;", "the speed 0 mm/s is not above 0"),
-        ("MoveJ [[1,2,3],[1,1,0,0],[0,0,0,0],[0,0,0,0,0,0]], v100, fine, tool0;", "has the length 1.41421 and not 1"),
+        (
+            r"table.uframe.rot := [1, 1, 0, 0]; MoveJ above, v100, fine, tool0 \WObj:=table;",
+            "has the length 1.41421 and not 1",
+        ),
         ("VelSet 0, 100;", "VelSet takes more than 0 to 100 percent"),
         ("SetDO part, 2;", "the signal 'part' is 0 or 1, not 2"),
         ("WaitTime -1;", "WaitTime takes 0 s or more, not -1"),

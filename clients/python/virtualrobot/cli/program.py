@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from virtualrobot.cli.applications import find_applications, load
 from virtualrobot.cli.move import follow, show_notes
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.plan import limits_only, verdict
+from virtualrobot.errors import WrongStateError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import Phase
 
@@ -26,11 +29,42 @@ Example of a FILE; names are those of MotionSpec in the contract:
 LANGUAGES = {
     **dict.fromkeys((".mod", ".modx", ".prg", ".sys", ".sysx"), "rapid"),
     ".rpl": "rapl",
+    ".script": "urscript",
 }
 """Commands for programs of controllers' own languages, by what the names of their files end with."""
 
 
-@click.command(epilog=_EXAMPLE)
+class _Run(click.Command):
+    """Command that leaves programs of controllers' own languages to those languages' commands, with all options."""
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,  # noqa: ANN401 as click has it
+    ) -> click.Context:
+        """Return the context of the command that runs or checks what the words name."""
+        language = next((LANGUAGES[end] for one in args if (end := Path(one).suffix.lower()) in LANGUAGES), None)
+        if language is None:
+            return super().make_context(info_name, args, parent, **extra)
+        if language == "urscript" and "--check" not in args:
+            raise click.UsageError(
+                "a script runs where it is sent to: 'virtualrobot emulate ur'; --check tries it"
+            )
+        entry = find_applications(()).get(language)
+        if entry is None:
+            raise WrongStateError(f"the command {language!r} is not installed, which runs such programs")
+        words = [one for one in args if one != "--check"]
+        verb, trial = ("check", ["--run"]) if len(words) < len(args) else ("run", [])
+        return load(entry).make_context(language, [verb, *trial, *words], parent, **extra)
+
+    def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 as click has it
+        """Run the command that the context is of."""
+        return super().invoke(ctx) if ctx.command is self else ctx.command.invoke(ctx)
+
+
+@click.command(cls=_Run, epilog=_EXAMPLE)
 @click.argument("file", type=click.Path(exists=True, dir_okay=False))
 @click.option("--preempt", is_flag=True, help="Stop what the robots do and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the program goes on.")
@@ -59,12 +93,10 @@ def run(
 ) -> int:
     """Run the program in FILE (YAML) and show how far it is; Ctrl-C stops it on its path.
 
-    All steps are planned before anything moves. What the planner makes other than it was asked to is told.
+    All steps are planned before anything moves. What the planner makes other than it was asked to is told. A program in
+    RAPID or RAPL-II (.mod, .rpl) goes to 'virtualrobot rapid run' or 'rapl run', with all options; with --check to
+    their check --run, in a copy of the world, as a script (.script) does, too.
     """
-    language = LANGUAGES.get(Path(file).suffix.lower())
-    if language is not None:
-        verb = f"check {file} --run" if check else f"run {file}"
-        raise click.UsageError(f"{file} is no YAML; write 'virtualrobot {language} {verb}'")
     if limits_only and not check:
         raise click.UsageError("--limits-only goes with --check")
     with target.connect() as client:

@@ -175,7 +175,9 @@ class Check(Meaning):
         if len(counts) == len(node.sizes) and (why := no_array(counts)):
             self.error(node.at, why)
         if node.value is not None:
+            self.may_change = node.storage != "const"
             self.expect(node.value, kind, f"the value of {node.name!r}")
+            self.may_change = False
         elif node.storage == "const":
             self.error(node.at, f"the constant {node.name!r} needs a value")
 

@@ -9,18 +9,14 @@ import numpy as np
 from virtualrobot.geometry import Matrix, pose_from_quaternion, quaternion_of
 
 from virtualrobot_apps.languages.rapid.faults import RapidFault
-from virtualrobot_apps.languages.rapid.support import linked
-
-LOOSE = 1e-2
-"""By how much the length of a quaternion may differ from 1: programs have rounded ones."""
+from virtualrobot_apps.languages.rapid.support import linked, not_normalized
 
 
 def unit(rotation: list[float]) -> list[float]:
     """Return an orientation of length 1; one that is not nearly so is refused."""
+    if said := not_normalized(rotation):
+        raise RapidFault("ERR_ARGVALERR", said)
     length = math.hypot(*rotation)
-    if abs(length - 1.0) > LOOSE:
-        said = ", ".join(f"{one:g}" for one in rotation)
-        raise RapidFault("ERR_ARGVALERR", f"the orientation [{said}] has the length {length:g} and not 1; use NOrient")
     return [one / length for one in rotation]
 
 

@@ -9,6 +9,7 @@ from virtualrobot_apps.languages.core.diagnostics import Diagnostics, did_you_me
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
+from virtualrobot_apps.languages.rapid.support import not_normalized
 from virtualrobot_apps.languages.rapid.symbols import Datum, RoutineSymbol, Symbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS, Builtin, lacking_names
 from virtualrobot_apps.languages.rapid.types import ANY, BOOL, NUM, SIGNALS, STRING, Type, Types, fits
@@ -72,6 +73,7 @@ class Meaning:
     def __init__(self, diagnostics: Diagnostics, signals: Iterable[str] = ()) -> None:
         """Begin without a program; `signals` are names that the world has."""
         self.diagnostics, self.types = diagnostics, Types()
+        self.may_change = False
         self.predefined = predefined()
         self.globals: dict[str, Symbol] = {}
         self.scopes: list[dict[str, Symbol]] = []
@@ -218,7 +220,16 @@ class Meaning:
             return self.error(node.at, f"{said}, and {len(node.items)} are given")
         for item, (type_name, name) in zip(node.items, parts, strict=True):
             self.expect(item, Type(self.types.resolved(type_name) or "any"), f"{name} of {_article(wanted)}")
+            if type_name == "orient" and not self.may_change:
+                self._normalized(item)
         return wanted
+
+    def _normalized(self, node: tree.Expression) -> None:
+        """Refuse an orientation of numbers that is nearly one and none; four zeros stand for one that is not known."""
+        signed = [_number_of(one) for one in node.items] if isinstance(node, tree.Aggregate) else []
+        numbers = [one for one in signed if one is not None]
+        if len(numbers) == 4 and any(numbers) and (said := not_normalized(numbers)):
+            self.error(node.at, said)
 
     def _unary(self, node: tree.Unary, wanted: Type | None) -> Type:
         of = self.type_of(node.operand, wanted)
@@ -423,6 +434,14 @@ def _told(parameters: list[tuple[tree.Parameter, Type]]) -> str:
     if not parameters:
         return "it takes none"
     return "it takes " + ", ".join(("\\" if one.optional else "") + one.name for one, _ in parameters)
+
+
+def _number_of(node: tree.Expression) -> float | None:
+    """Return the number that is written, with its sign; None for anything else."""
+    if isinstance(node, tree.Unary) and node.operator in ("-", "+"):
+        number = _number_of(node.operand)
+        return None if number is None else -number if node.operator == "-" else number
+    return node.value if isinstance(node, tree.Number) else None
 
 
 def _article(of: Type) -> str:

@@ -7,6 +7,7 @@ lists; a variable that somebody else may change is a list that holds it and an i
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, Jump, ProgramEnded, RapidFault, RapidStopped, as_fault
@@ -14,6 +15,8 @@ from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 from virtualrobot_apps.languages.rapid.types import no_array
 
 RETRY, TRYNEXT = "retry", "trynext"
+ROUNDED = 1e-3
+"""By how much the sum of an orientation's squares may differ from 1: programs have some with three digits, as 0.707."""
 
 
 class Skipped:
@@ -26,6 +29,15 @@ SKIPPED = Skipped()
 def copied(value: Any) -> Any:  # noqa: ANN401 any value of RAPID
     """Return a value of its own."""
     return [copied(one) for one in value] if type(value) is list else value
+
+
+def not_normalized(rotation: Sequence[float]) -> str:
+    """Return what is wrong with the length of an orientation; nothing where it is 1, but for rounding."""
+    length = math.hypot(*rotation)
+    if abs(length * length - 1.0) <= ROUNDED:
+        return ""
+    said = ", ".join(f"{one:g}" for one in rotation)
+    return f"the orientation [{said}] has the length {length:g} and not 1; use NOrient"
 
 
 def place(values: list[Any], index: float) -> int:
