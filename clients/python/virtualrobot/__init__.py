@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import MotionState as MotionState
     from virtualrobot.motions.state import Phase as Phase
     from virtualrobot.motions.state import PlanReference as PlanReference
+    from virtualrobot.motions.state import ProgramStepEvent as ProgramStepEvent
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
     from virtualrobot.motions.tool_paths import ToolPath as ToolPath
@@ -142,7 +143,7 @@ _MODULES = {
     "robots.robot": ("Robot",),
     "robots.values": ("JointGroup",),
     "sensors.sensors": ("Sensor",),
-    "motions.state": ("MotionState", "Phase", "PlanReference", "Search"),
+    "motions.state": ("MotionState", "Phase", "PlanReference", "Search", "ProgramStepEvent"),
     "motions.setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

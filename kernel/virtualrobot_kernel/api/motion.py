@@ -16,7 +16,7 @@ from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.expansion import flat_program
 from virtualrobot_kernel.api.convert.program import NOTE, program_text
-from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.convert.states import add_step_events, motion_message
 from virtualrobot_kernel.api.holding import Holds, check_can_be_held, held_at_start
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
@@ -43,6 +43,7 @@ from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
+from virtualrobot_kernel.motion.step_events import StepEvents
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
 from virtualrobot_kernel.planning.program import GivenUp
 from virtualrobot_kernel.world.commands import (
@@ -310,6 +311,32 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
                 speed_factor=state.speed_factor,
             )
+
+    async def WatchMotionSteps(
+        self, request: motion_pb2.WatchMotionStepsRequest, context: object
+    ) -> AsyncIterator[motion_pb2.WatchMotionStepsResponse]:
+        """Tell what becomes of a motion's steps, none left out, until its end."""
+        id, events, told = request.id, StepEvents(), False
+        find_motion(self._kernel.world.snapshot, id)
+        async with aclosing(self._kernel.publications.every_tick(request.max_rate_hertz)) as parts:
+            async for part in parts:
+                response, over = motion_pb2.WatchMotionStepsResponse(), False
+                for lost, snapshot in part:
+                    if lost:
+                        said = f"the reader of this watch is late, and {lost} ticks are lost; watch again"
+                        raise KernelError(said, reason=Reason.WRONG_STATE, motion=id)
+                    motion = find_motion(snapshot, id)
+                    add_step_events(response, snapshot, events.look(motion.running, motion.step_count))
+                    over = motion not in snapshot.state.motions
+                    if over or snapshot is part[-1][1]:
+                        response.stamp.CopyFrom(stamp(snapshot))
+                        response.motion.CopyFrom(motion_message(snapshot, motion))
+                        break
+                if response.events or over or not told:
+                    yield response
+                    told = True
+                if over:
+                    return
 
     async def HoldMotion(
         self, request_iterator: AsyncIterator[motion_pb2.HoldMotionRequest], context: object

@@ -20,7 +20,7 @@ from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.motion import limits
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.motion.program import Program, Wait
+from virtualrobot_kernel.motion.program import Program, Stage, Wait
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tool_setpoints import ToolSetpointMotion
@@ -50,13 +50,15 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 VERSIONS: Mapping[type, int] = {
     **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 3},
     **{Node: 2, NodeSpec: 2, UpdateNode: 2, Values: 2},
-    **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2, ToolSetpointMotion: 2},
+    **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Stage: 2, Wait: 2},
+    ToolSetpointMotion: 2,
 }
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("Motion", 1): lambda fields: [*fields, None, ()],  # path_tolerances, deviations
     ("StartMotion", 1): lambda fields: [*fields, None, None],  # from_here, path_tolerances
+    ("Stage", 1): lambda fields: [*fields, ()],  # zones
     ("Wait", 1): lambda fields: [*fields, "PART_TIMEOUT"],  # cause
     ("CameraSensor", 1): lambda fields: [*fields, None, None],  # water_attenuation_per_meter, water_color
     ("Craft", 1): lambda fields: [*fields, None],  # water

@@ -39,7 +39,8 @@ class Stage:
     text. marks: nominal times at which signals are set on the way; without a plan they are set at once. wait: what a
     stage without a plan waits for, after its marks. until: what ends the plan early (a search). orders: what the world
     shall do for a stage without a plan, which is over when it is done; what they are is the world's matter alone.
-    pauses: whether the program stands PAUSED before it until it is resumed.
+    pauses: whether the program stands PAUSED before it until it is resumed. zones: nominal times at which the zone at
+    the end of a step is entered, with that step's index; a step without a zone has none.
     """
 
     plan: Plan | None
@@ -51,6 +52,7 @@ class Stage:
     orders: tuple[object, ...] = ()
     paths: tuple[str, ...] = ()
     pauses: bool = False
+    zones: tuple[tuple[float, int], ...] = ()
 
     @property
     def duration(self) -> float:

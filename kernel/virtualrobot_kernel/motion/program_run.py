@@ -93,6 +93,15 @@ class ProgramRun:
         return paths[self._place] if paths else ""
 
     @property
+    def zone(self) -> int:
+        """Number of the step whose zone it has entered last in its stage; -1 before."""
+        if self.at == len(self.program.stages):
+            return -1
+        zones = self.program.stages[self.at].zones
+        place = bisect_right(zones, self._gone, key=_time) - 1
+        return zones[place][1] if place >= 0 else -1
+
+    @property
     def orders(self) -> tuple[object, ...]:
         """Orders of the stage that it has come to; none while it is paused, or ends."""
         going = self.asks and self.phase in (Phase.RUNNING, Phase.WAITING)

@@ -53,7 +53,8 @@ class PlannedRun:
     joints: (robot, joint) of each column. steps: nominal times (s) at which steps begin, with their numbers; a step
     after a zone begins in the zone's middle. tool_states: (tool, state) that are true at its end. tail: where a step
     may be joined to its end; None where none may. leads: of signals that are set before their step, when that is (s),
-    the step's number, and how long before.
+    the step's number, and how long before. zones: nominal times at which zones are entered, with the numbers of the
+    steps whose ends they are at.
     """
 
     joints: tuple[Column, ...]
@@ -62,6 +63,7 @@ class PlannedRun:
     tool_states: tuple[tuple[str, str], ...]
     tail: Tail | None = None
     leads: tuple[tuple[float, int, float], ...] = ()
+    zones: tuple[tuple[float, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,13 +140,14 @@ class Part:
     """Steps that are one path with rounded corners, and its law from rest to rest.
 
     ends: how long the paths of the first and of the last step are on its parameter. sections: where on it each step
-    goes alone. begins: when the steps after the first begin, in s.
+    goes alone. begins: when the steps after the first begin, in s; enters: when the zones before them are entered.
     """
 
     track: Track
     ends: tuple[float, float]
     sections: tuple[tuple[float, float], ...]
     begins: tuple[float, ...] = ()
+    enters: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -291,7 +294,8 @@ def _rounded(
     except KernelError:
         return None
     begins = tuple(nominal_time(track.time_law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners)
-    return Part(track, (paths[0].end, paths[-1].end), whole.moves, begins)
+    enters = tuple(nominal_time(track.time_law, begin, 0.0) for begin, _ in whole.corners)
+    return Part(track, (paths[0].end, paths[-1].end), whole.moves, begins, enters)
 
 
 def fitting_corner(
@@ -404,20 +408,22 @@ def _run(
     need = 1.0
     for cut, window in zip(cuts, windows, strict=True):
         need = max(need, stretch_through(group, track, steps[cut - 1 : cut + 1], window))
-    times = [0.0, *parts[0].begins]
+    times, enters = [0.0, *parts[0].begins], [*parts[0].enters]
     for part, one, (begin, end) in zip(parts[1:], overlaps, windows, strict=True):
         times += [0.5 * (begin + end), *(end - one.join + time for time in part.begins)]
+        enters += [begin, *(end - one.join + time for time in part.enters)]
     arrival = steps[-1].arrived()
     law = track.time_law.stretched(need * track.time_law.end)
     plan = planned("blend", track.path, law, group.limits, arrival.state.q[group.q_index])
     numbered = tuple((need * time, step.number) for time, step in zip(times, steps, strict=True))
+    zones = tuple((need * time, step.number) for time, step in zip(enters, steps, strict=False))
     tool_states = tuple(pair for step in steps for one in step.moves for pair in one.tool_states)
     last, path = parts[-1], track.path
     scale = last.track.time_law.end / (last.track.path.end - last.track.path.start)
     since = track.time_law.scalar_state(windows[-1][1])[0] if windows else path.start
     places = [[max(since, path.end - scale * (last.track.path.end - u)) for u in one] for one in last.sections]
     tail = Tail(tuple(steps[-len(places) :]), tuple((begin, end) for begin, end in places), scale * last.ends[1])
-    return PlannedRun(tuple(group.columns), plan, numbered, tool_states, tail)
+    return PlannedRun(tuple(group.columns), plan, numbered, tool_states, tail, zones=zones)
 
 
 def stretch_through(group: BlendGroup, track: Track, pair: Sequence[PlannedStep], window: tuple[float, float]) -> float:

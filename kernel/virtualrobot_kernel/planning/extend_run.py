@@ -8,7 +8,6 @@ are left is made anew, from the speed that the run has there; or the new step be
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -212,9 +211,13 @@ def _rounded_from(
     begins = [begin + nominal_time(anew, 0.5 * sum(corner), 0.0) for corner in corners]
     first = tail.steps[place].number
     kept = tuple(one for one in run.steps if one[1] <= first)
+    entered = tuple(
+        (begin + nominal_time(anew, corner[0], 0.0), one.number) for corner, one in zip(corners, steps, strict=False)
+    )
+    zones = (*(one for one in run.zones if one[1] < first), *entered)
     times = (*kept, *((time, one.number) for time, one in zip(begins, steps[1:], strict=True)))
     ends = Tail(tuple(steps), tuple((first + u, end + u) for first, end in moves), last.end)
-    return _extension(group, run, Track(path_now, law_now), times, ends, cut)
+    return _extension(group, run, Track(path_now, law_now), (times, zones), ends, cut)
 
 
 def _overlapping(
@@ -233,17 +236,25 @@ def _overlapping(
         first = whole.time_law.scalar_state(end)[0]
         ends = Tail((step,), ((first, whole.path.end),), after.track.time_law.end)
         times = (*run.steps, (law.start + 0.5 * (begin + end), step.number))
+        zones = (*run.zones, (law.start + begin, pair[0].number))
         whole = Track(whole.path, shifted(whole.time_law, law.start))
-        return _extension(group, run, whole, times, ends, law.end - one.leave)
+        return _extension(group, run, whole, (times, zones), ends, law.end - one.leave)
     return None
 
 
 def _extension(
-    group: BlendGroup, run: PlannedRun, track: Track, times: Sequence[tuple[float, int]], tail: Tail, cut: float
+    group: BlendGroup,
+    run: PlannedRun,
+    track: Track,
+    times: tuple[tuple[tuple[float, int], ...], tuple[tuple[float, int], ...]],
+    tail: Tail,
+    cut: float,
 ) -> Extension:
+    """Return the longer run; `times` are those of its steps and of its zones."""
     last = tail.steps[-1]
     goal = last.arrived().state.q[group.q_index]
     tool_states = (*run.tool_states, *(pair for one in last.moves for pair in one.tool_states))
     plan = planned("blend", track.path, track.time_law, group.limits, goal)
     tail = Tail(tail.steps[-_STEPS:], tail.sections[-_STEPS:], tail.reach)
-    return Extension(PlannedRun(tuple(group.columns), plan, tuple(times), tool_states, tail), cut, ())
+    steps, zones = times
+    return Extension(PlannedRun(tuple(group.columns), plan, steps, tool_states, tail, zones=zones), cut, ())

@@ -165,7 +165,8 @@ def _joined(
         return None, notes
     (old, old_leads), (new, new_leads) = moved(stage.marks, end, whole, cut), marked(whole, values)
     whole = replace(whole, leads=(*old_leads, *new_leads))
-    return _Join(count, Part(whole.steps, whole.plan, whole.joints, (), (*old, *new)), whole, cut), notes
+    part = Part(whole.steps, whole.plan, whole.joints, (), (*old, *new), zones=whole.zones)
+    return _Join(count, part, whole, cut), notes
 
 
 def _last_stage(run: ProgramRun, margin: float) -> tuple[Stage | None, float, float]:

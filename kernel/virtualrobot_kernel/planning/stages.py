@@ -51,13 +51,15 @@ class Part:
     wait: Wait | None = None
     orders: tuple[object, ...] = ()
     pauses: bool = False
+    zones: tuple[tuple[float, int], ...] = ()
 
     def stage(self, columns: Mapping[Column, int], paths: Mapping[int, str]) -> Stage:
         """Return the stage in a program with these columns, and steps (by number) that are called so."""
         named = tuple(paths[number] for _, number in self.steps) if paths else ()
         places = tuple(columns[joint] for joint in self.joints)
-        rest = {"orders": self.orders, "paths": named, "pauses": self.pauses}
         # Times come of arrays; as plain numbers they are the same wherever they are read again.
+        zones = tuple((float(time), number) for time, number in self.zones)
+        rest = {"orders": self.orders, "paths": named, "pauses": self.pauses, "zones": zones}
         steps = tuple((float(time), number) for time, number in self.steps)
         marks = tuple(
             sorted(((float(time), name, value) for time, name, value in self.marks), key=lambda mark: mark[0])
@@ -218,7 +220,7 @@ def _moving(run: PlannedRun, steps: Sequence[Step], members: Sequence[int], firs
         values[number] = settings(steps[before + 1 : number - first])
     marks, leads = marked(run, values)
     pauses = steps[run.steps[0][1] - first].pauses
-    return Part(run.steps, run.plan, run.joints, run.tool_states, marks, pauses=pauses), leads
+    return Part(run.steps, run.plan, run.joints, run.tool_states, marks, pauses=pauses, zones=run.zones), leads
 
 
 def _set_early(part: Part, step: SetSignalStep) -> Part:

@@ -297,5 +297,6 @@ def slowed(stage: Stage, factor: float, columns: dict[int, float]) -> Stage:
         stage,
         plan=limited,
         steps=tuple((float(time * factor), step) for time, step in stage.steps),
+        zones=tuple((float(time * factor), step) for time, step in stage.zones),
         marks=tuple((float(time * factor), signal, value) for time, signal, value in stage.marks),
     )

@@ -79,6 +79,7 @@ from virtualrobot.motions.setpoints import StreamState as StreamState
 from virtualrobot.motions.state import MotionState as MotionState
 from virtualrobot.motions.state import Phase as Phase
 from virtualrobot.motions.state import PlanNote as PlanNote
+from virtualrobot.motions.state import ProgramStepEvent as ProgramStepEvent
 from virtualrobot.motions.state import Search as Search
 from virtualrobot.motions.steps import Named as Named
 from virtualrobot.motions.steps import NodeNamed as NodeNamed
@@ -587,6 +588,8 @@ class Motion(Face):
         """Slow it to standstill on its path and end it."""
     def watch(self, max_rate: float | None = ...) -> AsyncIterator[MotionState]:
         """Yield its state again and again until it has ended, at most `max_rate` (30 by default) times a second."""
+    def watch_steps(self, max_rate: float | None = ...) -> AsyncIterator[ProgramStepEvent]:
+        """Yield what becomes of its steps with the tick of each event, none left out, until it has ended."""
     def keep_watching(self) -> Order[None]:
         """Watch it in a thread until it ends, so that the kernel knows that somebody cares."""
     async def __aenter__(self) -> Motion: ...

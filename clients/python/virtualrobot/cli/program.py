@@ -49,9 +49,7 @@ class _Run(click.Command):
         if language is None:
             return super().make_context(info_name, args, parent, **extra)
         if language == "urscript" and "--check" not in args:
-            raise click.UsageError(
-                "a script runs where it is sent to: 'virtualrobot emulate ur'; --check tries it"
-            )
+            raise click.UsageError("a script runs where it is sent to: 'virtualrobot emulate ur'; --check tries it")
         entry = find_applications(()).get(language)
         if entry is None:
             raise WrongStateError(f"the command {language!r} is not installed, which runs such programs")

@@ -24,7 +24,7 @@ from virtualrobot.errors import (
     WrongStateError,
 )
 from virtualrobot.motions.moves import Move, messages_of
-from virtualrobot.motions.state import MotionState, Phase, PlanNote, Search
+from virtualrobot.motions.state import MotionState, Phase, PlanNote, ProgramStepEvent, Search
 from virtualrobot.v1 import kernel_pb2, motion_pb2
 
 if TYPE_CHECKING:
@@ -314,6 +314,22 @@ class Motion:
         with self._services.motion.WatchMotion(request) as stream:
             for response in stream:
                 yield MotionState.of(response.motion)
+
+    def watch_steps(self, max_rate: float | None = None) -> Iterator[ProgramStepEvent]:
+        """Yield what becomes of its steps with the tick of each event, none left out, until it has ended.
+
+        The step that it is at comes first, as begun; who wants all starts it with a breakpoint at its first step, and
+        resumes it then. Told at most `max_rate` (30 by default) times a second. It keeps no motion alive.
+
+        Example:
+            >>> for event in motion.watch_steps():
+            ...     print(event.tick, event.step_path, event.kind)
+        """
+        rate = value_or_default(max_rate, "max_rate")
+        request = motion_pb2.WatchMotionStepsRequest(id=self.id, max_rate_hertz=rate)
+        with self._services.motion.WatchMotionSteps(request) as stream:
+            for response in stream:
+                yield from map(ProgramStepEvent.of, response.events)
 
     def keep_watching(self) -> None:
         """Watch it in a thread until it ends, so that the kernel knows that somebody cares."""

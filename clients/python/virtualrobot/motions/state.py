@@ -8,10 +8,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot._wire.messages import pose_of
+from virtualrobot._wire.messages import pose_of, words_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import MotionAbortedError, MotionCancelledError
 from virtualrobot.v1 import motion_pb2
+
+STEP_EVENTS = words_of(motion_pb2.ProgramStepEventKind, "PROGRAM_STEP_EVENT_KIND_")
 
 
 class Phase(Enum):
@@ -71,6 +73,32 @@ class JointDeviation:
         """Return what a message tells."""
         kind = motion_pb2.DeviationKind.Name(message.kind).removeprefix("DEVIATION_KIND_").lower()
         return JointDeviation(message.robot, message.joint, kind, message.value, message.tolerance)
+
+
+@shown
+@dataclass(frozen=True, slots=True)
+class ProgramStepEvent:
+    """Event of a step of a motion.
+
+    Attributes:
+        kind: `begun`, `zone_entered` or `done`; after a zone a step begins in its middle, where the one before is done.
+        step: number of the step, from 0.
+        step_path: the same as the program's text has it.
+        tick: the tick with which that was so.
+        time: the same in simulation time (s).
+    """
+
+    kind: str
+    step: int
+    step_path: str
+    tick: int
+    time: float
+
+    @staticmethod
+    def of(message: motion_pb2.ProgramStepEvent) -> ProgramStepEvent:
+        """Return what a message tells."""
+        kind = STEP_EVENTS[message.kind]
+        return ProgramStepEvent(kind, message.step, message.step_path, message.tick, message.simulation_time_seconds)
 
 
 @shown

@@ -146,6 +146,13 @@ class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     SETPOINT_MODE_TWIST: _ClassVar[SetpointMode]
     SETPOINT_MODE_TOOL_TWIST: _ClassVar[SetpointMode]
     SETPOINT_MODE_TOOL_POSE: _ClassVar[SetpointMode]
+
+class ProgramStepEventKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    PROGRAM_STEP_EVENT_KIND_UNSPECIFIED: _ClassVar[ProgramStepEventKind]
+    PROGRAM_STEP_EVENT_KIND_BEGUN: _ClassVar[ProgramStepEventKind]
+    PROGRAM_STEP_EVENT_KIND_ZONE_ENTERED: _ClassVar[ProgramStepEventKind]
+    PROGRAM_STEP_EVENT_KIND_DONE: _ClassVar[ProgramStepEventKind]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
@@ -236,6 +243,10 @@ SETPOINT_MODE_VELOCITY: SetpointMode
 SETPOINT_MODE_TWIST: SetpointMode
 SETPOINT_MODE_TOOL_TWIST: SetpointMode
 SETPOINT_MODE_TOOL_POSE: SetpointMode
+PROGRAM_STEP_EVENT_KIND_UNSPECIFIED: ProgramStepEventKind
+PROGRAM_STEP_EVENT_KIND_BEGUN: ProgramStepEventKind
+PROGRAM_STEP_EVENT_KIND_ZONE_ENTERED: ProgramStepEventKind
+PROGRAM_STEP_EVENT_KIND_DONE: ProgramStepEventKind
 
 class MotionSpec(_message.Message):
     __slots__ = ("moves", "steps", "tracking", "programs")
@@ -1153,6 +1164,38 @@ class WatchMotionResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     motion: Motion
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+
+class WatchMotionStepsRequest(_message.Message):
+    __slots__ = ("id", "max_rate_hertz")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    max_rate_hertz: float
+    def __init__(self, id: _Optional[str] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchMotionStepsResponse(_message.Message):
+    __slots__ = ("stamp", "events", "motion")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    EVENTS_FIELD_NUMBER: _ClassVar[int]
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    events: _containers.RepeatedCompositeFieldContainer[ProgramStepEvent]
+    motion: Motion
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., events: _Optional[_Iterable[_Union[ProgramStepEvent, _Mapping]]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+
+class ProgramStepEvent(_message.Message):
+    __slots__ = ("kind", "step", "step_path", "tick", "simulation_time_seconds")
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    STEP_PATH_FIELD_NUMBER: _ClassVar[int]
+    TICK_FIELD_NUMBER: _ClassVar[int]
+    SIMULATION_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    kind: ProgramStepEventKind
+    step: int
+    step_path: str
+    tick: int
+    simulation_time_seconds: float
+    def __init__(self, kind: _Optional[_Union[ProgramStepEventKind, str]] = ..., step: _Optional[int] = ..., step_path: _Optional[str] = ..., tick: _Optional[int] = ..., simulation_time_seconds: _Optional[float] = ...) -> None: ...
 
 class WatchMotionsRequest(_message.Message):
     __slots__ = ("max_rate_hertz",)

@@ -85,6 +85,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.FromString,
                 _registered_method=True)
+        self.WatchMotionSteps = channel.unary_stream(
+                '/virtualrobot.v1.MotionService/WatchMotionSteps',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsResponse.FromString,
+                _registered_method=True)
         self.PauseMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/PauseMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.PauseMotionRequest.SerializeToString,
@@ -203,6 +208,15 @@ class MotionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def WatchMotionSteps(self, request, context):
+        """What becomes of a motion's steps, each with its tick, none left out, until the motion's end, which is the last message.
+        The first message tells the step that it is at as begun. It keeps no motion alive. A reader for whom more than 10,000
+        ticks wait is refused as WRONG_STATE.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def PauseMotion(self, request, context):
         """Slows to standstill on the path; the motion can be resumed. Anyone may call it.
         """
@@ -301,6 +315,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.WatchMotions,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.SerializeToString,
+            ),
+            'WatchMotionSteps': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchMotionSteps,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsResponse.SerializeToString,
             ),
             'PauseMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.PauseMotion,
@@ -604,6 +623,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/WatchMotions',
             virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchMotionSteps(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/WatchMotionSteps',
+            virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.WatchMotionStepsResponse.FromString,
             options,
             channel_credentials,
             insecure,

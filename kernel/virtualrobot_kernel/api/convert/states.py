@@ -11,6 +11,7 @@ from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.step_events import StepEvent, StepEventKind
 from virtualrobot_kernel.physics.exerted import Exerted
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
@@ -22,6 +23,7 @@ from virtualrobot_kernel.world.widths import width_of
 CAUSES = EnumTable(EndCause, motion_pb2.EndCause)
 DEVIATIONS = EnumTable(DeviationKind, motion_pb2.DeviationKind)
 PHASES = EnumTable(Phase, motion_pb2.MotionPhase)
+STEP_EVENTS = EnumTable(StepEventKind, motion_pb2.ProgramStepEventKind)
 MODES = EnumTable(Mode, kernel_pb2.ClockMode)
 CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES, recorded=Table(Recorded, kernel_pb2.Recorded))
 
@@ -87,6 +89,20 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         search=_search_message(snapshot, motion.search) if motion.search else None,
         deviations=[_deviation_message(snapshot, one) for one in motion.deviations],
     )
+
+
+def add_step_events(
+    response: motion_pb2.WatchMotionStepsResponse, snapshot: Snapshot, events: Iterable[StepEvent]
+) -> None:
+    """Add what has become of steps with the tick of a snapshot."""
+    for event in events:
+        response.events.add(
+            kind=STEP_EVENTS.write(event.kind),
+            step=event.step,
+            step_path=event.path,
+            tick=snapshot.state.tick,
+            simulation_time_seconds=snapshot.simulation_time,
+        )
 
 
 def _deviation_message(snapshot: Snapshot, deviation: Deviation) -> motion_pb2.JointDeviation:

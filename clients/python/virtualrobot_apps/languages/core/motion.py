@@ -403,6 +403,11 @@ class MotionQueue:
 
     def _call_when_passed(self, motion: Motion, mark: _Mark) -> None:
         with suppress(VirtualRobotError):  # the kernel is gone, which the program notices itself
+            if mark.time == inf:
+                for event in motion.watch_steps(max_rate=1.0 / POLL_SECONDS):
+                    if event.step + (event.kind == "done") >= mark.number:
+                        mark.what()
+                        return
             while not mark.passed(state := motion.state):
                 time.sleep(POLL_SECONDS)
             if state.phase not in (Phase.CANCELLED, Phase.ABORTED):
