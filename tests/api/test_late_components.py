@@ -88,6 +88,32 @@ def test_a_stop_and_an_edit_do_not_wait_for_an_engine(
     assert x == 3.0 and z < 20.0
 
 
+def test_what_is_let_go_keeps_its_speed_however_late_the_engine_is(
+    kernel: KernelProcess, client: Client, hold: Path
+) -> None:
+    """A ball on a belt is let go while the engine hangs: it goes on as fast as the belt was, as it would without."""
+    client.clock.set_stepped()
+    belt = client.load_robot("model://conveyor", name="belt")
+    ball = virtualrobot.sphere(0.1)
+    client.scene.add_part("ball", ball, pose=virtualrobot.pose(z=1.0), parent="belt.belt", mass=1.0, dynamic=True)
+    client.physics.set("late", engine_settings={"while_there": str(hold)})
+    belt.move_joints([1.0], wait=False)
+    client.clock.step(100)
+    start = client.scene.pose("ball")[0, 3]
+    client.clock.step(1)
+    client.scene.attach("ball", "world")
+    before, lines = client.scene.pose("ball")[0, 3], len(kernel.lines)
+    hold.touch()
+    with ThreadPoolExecutor() as pool:
+        stepped = pool.submit(client.clock.step, 10)
+        until(lambda: any(line.endswith("hangs") for line in kernel.lines[lines:]))
+        client.stop()  # answered once the world waits no more for the engine
+        hold.unlink()
+        stepped.result(PATIENCE_SECONDS)
+    assert before - start > 0.1 * TICK
+    assert client.scene.pose("ball")[0, 3] - before == pytest.approx(10.0 * (before - start), rel=1e-6)
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_another_engine_ends_one_that_hangs(kernel: KernelProcess, client: Client, hold: Path, engine: str) -> None:
     falling(client, hold, engine)

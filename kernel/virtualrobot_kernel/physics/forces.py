@@ -226,7 +226,8 @@ class Forces:
             return False
         state, layout = now.state, running.layout
         there = are_at(state.q, layout.q, running.q) and are_at(state.v, layout.v, running.v)
-        return there and equal(state.parent_t_node, running.poses) and equal(_part_twists(running, now), running.twists)
+        there &= equal(state.parent_t_node, running.poses)
+        return there and equal(self._part_twists(running.scene, now), running.twists)
 
     def _loaded(self, now: Snapshot) -> tuple[Running, Sequence[Question]]:
         """Return the scene that the engine has, as the world is, and what to tell the engine for that.
@@ -241,7 +242,7 @@ class Forces:
                 return running, ()
             changed = set(np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2))).tolist())
             if changed <= set(layout.part_rows.tolist()):
-                twists = _part_twists(running, now)
+                twists = self._part_twists(running.scene, now)
                 running.poses, running.twists = state.parent_t_node, twists
                 running.q, running.v = state.q[layout.q], state.v[layout.v]
                 running.slow_ticks[:], running.still_ticks = 0, 0
@@ -249,7 +250,7 @@ class Forces:
                 return running, [("set_state", *layout.engine_state(now, twists))]
         scene = scene_of(now, self._solids, now.tick_seconds / state.physics_settings.substeps)
         layout = layout_of(now, scene)
-        twists = _known({**self._carried, **state.twists}, scene.parts)
+        twists = self._part_twists(scene, now)
         felt = felt_nodes(now.structure)
         felt_bodies = np.array([uid in felt for uid in scene.nodes], np.bool_)
         self._running = Running(
@@ -268,6 +269,11 @@ class Forces:
             answers=Answers(state.physics_settings.engine, scene.model),
         )
         return self._running, [("load", scene.model, *layout.engine_state(now, twists))]
+
+    def _part_twists(self, scene: Scene, now: Snapshot) -> Floats:
+        """Return the velocities (k, 6) of the free parts of a scene: the world's, or those of what just let go."""
+        twists = {**self._carried, **now.state.twists} if self._carried else now.state.twists
+        return _known(twists, scene.parts)
 
     def _carry(self, now: Snapshot, later: Snapshot) -> None:
         """Keep the velocities of dynamic parts that something else moves, for when it lets them go."""
@@ -316,11 +322,6 @@ def _stood(now: Snapshot, why: str) -> Sequence[Command]:
         commands.append(SetDynamics(*nothing, at, np.zeros(len(at)), robots))
         commands.append(StopRobots(robots, Cancellation(EndCause.FAILED, why)))
     return commands
-
-
-def _part_twists(running: Running, now: Snapshot) -> Floats:
-    """Return the velocities (k, 6) of the free parts of a scene, as the world has them."""
-    return _known(now.state.twists, running.scene.parts) if running.scene.parts else running.twists
 
 
 def _known(twists: Mapping[int, Floats], uids: Sequence[int]) -> Floats:
