@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tools
+from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tools, within_hull
 from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
 from virtualrobot_kernel.paths.closed_forms import LedArm
+from virtualrobot_kernel.paths.easing import eased
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
 
 Floats = NDArray[np.float64]
@@ -46,6 +47,12 @@ SHARE = 0.9
 
 ROUNDING = 1e-9
 """Part of a turn by which rounding may lead beyond a limit."""
+
+SAME_PLACE = 0.3
+"""Part of the mean distance of places below which two of them are one."""
+
+EASY = 1e3
+"""Stiffness of the values from which those are looked for that joints follow easily."""
 
 CHANGE, WISH = 0.05, 0.02
 """Cost of a step of a free value, and of one that is as far from its frame as its tolerance is wide; as squares."""
@@ -138,6 +145,15 @@ def laid_out(path: FramePath, freedom: Tolerances, steps: Floats, pace: Floats) 
         least = max(needed, 1.05 * least)
 
 
+def halved(rungs: Floats, frames: Floats) -> Floats:
+    """Return rungs and frames, but for such as are next to another, and the middles between them: (m,)."""
+    found = np.union1d(rungs, frames)
+    apart = np.diff(found) > SAME_PLACE * np.diff(found).mean()
+    found = np.concatenate([found[:1], found[1:][apart]])
+    found[-1] = 1.0
+    return np.sort(np.concatenate([found, 0.5 * (found[:-1] + found[1:])])) if len(found) <= MOST_RUNGS else found
+
+
 def smoothed(values: Floats, freedom: Tolerances, stiffness: float) -> Floats:
     """Return free values (n + 2, f) that are near to others (n, f), the smoother the stiffer, within their bounds.
 
@@ -171,12 +187,13 @@ class Ladder:
 
     def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
         """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
+        self._arm, self._path = arm, path
         self.freedom, steps = freedom_of(query.tolerances, arm)
         pace = ROOM * query.velocity / (SHARE * velocity[arm.free])
         self.rungs, self.grid = laid_out(path, self.freedom, steps, pace)
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
-        offsets = frame_t_tools(self.grid.values[:, :6]) @ inverse(query.tip_t_tcp)
-        frames = path.poses(self.rungs)
+        self._tcp_t_tip, frames = inverse(query.tip_t_tcp), path.poses(self.rungs)
+        offsets = frame_t_tools(self.grid.values[:, :6]) @ self._tcp_t_tip
         free = np.tile(self.grid.values[:, 6:], (len(self.rungs), 1))
         q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), free)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]
@@ -219,6 +236,26 @@ class Ladder:
     def smoothed(self, way: Integers, stiffness: float) -> Floats:
         """Return the free values (n + 2, 6 + f) of a way, smoothed, and as they go on at its ends; within bounds."""
         return smoothed(self.grid.values[way[:, 0]], self.freedom, stiffness)
+
+    def eased(self, way: Integers, joints: Floats, most: Floats) -> tuple[Floats, Floats, float]:
+        """Return places (m,), free values there (m + 2, f), by which joints accelerate less; and the share they need.
+
+        way (n, 2) and joints (n, k): on the rungs. most (k,): the greatest second derivatives of the joints by the
+        path's parameter. Places are the frames, the rungs, and between them, so that what turns at a frame is seen.
+        """
+        places = halved(self.rungs, self._path.frames)
+        found = smoothed(self.grid.values[way[:, 0]], self.freedom, EASY)
+        values = within_hull(self.rungs, found).evaluate(places)
+        branch = int(way[0, 1])
+
+        def postures(at: Floats, values: Floats) -> Floats:
+            tips = self._path.poses(at) @ frame_t_tools(values[:, :6]) @ self._tcp_t_tip
+            found = self._arm.postures(tips, values[:, 6:])[0][:, branch]
+            near = np.stack([np.interp(at, self.rungs, column) for column in joints.T], axis=1)
+            turns = 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))
+            return np.where(self.turning, found + turns, found)
+
+        return places, *eased(places, values, self.freedom, postures, most)
 
     def around(self, combination: int, reach: int) -> Integers:
         """Return the combinations that are up to `reach` steps of free values from one, with itself."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,9 @@ EXACT = 1e-7
 
 WIDEST = 4
 """Greatest number of rungs and of steps of free values that are blocked around what failed often."""
+
+OWN, HELD = slice(6), slice(6, None)
+"""Free values that are the tool's, and those that are joints'."""
 
 _ANY = InverseOptions()
 _RETRIED = Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE, Reason.COLLISION
@@ -132,11 +136,11 @@ class _Search:
                 raise no_way(self._places, self._ladder, self._limits, reached, names, self._failed)
             failed = None
             if not self._touches(way, joints):
-                for stiffness in STIFFNESS:
+                for places, freedoms in self._smoothed(way, joints):
                     self._site.go_on()
                     self._site.told((self.searches, self.space.checks))
                     try:
-                        return self._motion(self._ladder.smoothed(way, stiffness), way, joints)
+                        return self._motion(within_hull(places, freedoms), way, joints)
                     except KernelError as error:
                         if error.reason not in _RETRIED:
                             raise
@@ -153,6 +157,16 @@ class _Search:
                     robot=self._query.robot,
                     searches=self.searches,
                 )
+
+    def _smoothed(self, way: Integers, joints: Floats) -> Iterator[tuple[Floats, Floats]]:
+        """Yield places (m,) and free values (m + 2, f) of a way there, those that are likeliest to do first."""
+        for stiffness in STIFFNESS[:2]:
+            yield self._ladder.rungs, self._ladder.smoothed(way, stiffness)
+        places, found, share = self._ladder.eased(way, joints, self._limits.acceleration / self._rate**2)
+        if share < 1.0:
+            yield places, found
+        for stiffness in STIFFNESS[2:]:
+            yield self._ladder.rungs, self._ladder.smoothed(way, stiffness)
 
     def _touches(self, way: Integers, joints: Floats) -> bool:
         """Return whether postures of a way touch anything; those that do are blocked, and others like them."""
@@ -199,14 +213,14 @@ class _Search:
         self._failed[rung] = error
         self._ladder.block(rung, int(way[rung, 0]), int(way[rung, 1]), reach)
 
-    def _motion(self, freedoms: Floats, way: Integers, joints: Floats) -> dict[str, Any]:
-        """Return the motion along the path with free values (n + 2, f); raise KernelError with the fraction."""
-        path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms[:, :6]))
+    def _motion(self, freedoms: PiecewisePolynomial, way: Integers, joints: Floats) -> dict[str, Any]:
+        """Return the motion along the path with free values (f,); raise KernelError with the fraction."""
+        own, held = (PiecewisePolynomial(freedoms.breaks, freedoms.coefficients[:, :, one]) for one in (OWN, HELD))
+        path = FreePath(self._frames.pose(0.0), self._frames, own)
         branch = int(way[0, 1])
         if not self._arm.free:
             followed = joint_path(self._tcp, path, self._start(path, branch, joints[0]), self._limits)
         else:
-            held = within_hull(self._ladder.rungs, freedoms[:, 6:])
             followed = HeldPath(self._arm, self._tcp, path, held, branch, self._places).joints(joints[0], self._limits)
         law = self._law(followed)
         times, positions, velocities = _rows(followed, law)

@@ -38,6 +38,25 @@ def flange() -> Trimesh:
     return _joined(_rod(0.12, [0, 0, 0], [0, 0, 0.03], 96), _rod(0.05, [0, 0, 0.02], [0, 0, 0.06], 72))
 
 
+def bent(width: float, length: float, thickness: float, radii: tuple[float, float]) -> Trimesh:
+    """Return a sheet that is bent both ways: its top goes down from the origin as x^2 / 2 r and y^2 / 2 r do."""
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, 25) * width, np.linspace(-0.5, 0.5, 31) * length, indexing="ij")
+    top = np.stack([x, y, -(x**2) / (2.0 * radii[0]) - y**2 / (2.0 * radii[1])], axis=-1).reshape(-1, 3)
+    rows = np.arange(len(top)).reshape(x.shape)
+    a, b, c, d = rows[:-1, :-1].ravel(), rows[1:, :-1].ravel(), rows[1:, 1:].ravel(), rows[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    rim = np.concatenate([rows[:, 0], rows[-1, 1:], rows[-2::-1, -1], rows[0, -2:0:-1]])
+    on, below = np.roll(rim, -1), len(top)
+    sides = [np.stack([rim, rim + below, on + below], axis=1), np.stack([rim, on + below, on], axis=1)]
+    corners = np.concatenate([top, top - [0.0, 0.0, thickness]])
+    return Trimesh(corners, np.concatenate([faces, faces[:, ::-1] + below, *sides]))
+
+
+def hood() -> Trimesh:
+    """Return a hood of 0.5 x 0.6 m, 4 mm thick, bent to radii of 0.9 and 1.2 m."""
+    return bent(0.5, 0.6, 0.004, (0.9, 1.2))
+
+
 def torch() -> Trimesh:
     """Return a welding torch, bent about y; its wire ends 15 mm before the nozzle, at (0.0883, 0, 0.2331)."""
     angles = np.linspace(0.0, BENT, 9)

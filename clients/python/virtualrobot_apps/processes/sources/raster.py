@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.curves.way import Way, above_zero
+from virtualrobot_apps.processes.sources.fairing import fair
 from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, sampled
 from virtualrobot_apps.processes.sources.sections import cut, unit
 from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, surface_of
@@ -15,6 +16,8 @@ from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, 
 FACING = np.radians(75.0)
 """Angle (rad) of a surface to the tool up to which it is gone over."""
 MOST_PASSES = 10_000
+FAIR = 0.5
+"""Part of a chord by which ways may be off the mesh to be fair; the rest is for lines between their points."""
 BINS = 4096
 """Parts of a surface's width whose slopes are looked at."""
 
@@ -77,7 +80,8 @@ def raster(
     slopes = surface.normals[chosen] @ aside
     for row, plane in enumerate(_planes(heights[surface.triangles[chosen]], slopes, step_over)):
         ways = _seen(surface, heights - plane, chosen, up, along, chord, step)
-        ways = [_led(way, lead_in, lead_out) for way in sorted(ways, key=lambda way: float(way.points[0] @ along))]
+        ways = sorted(ways, key=lambda way: float(way.points[0] @ along))
+        ways = [fair(_led(way, lead_in, lead_out, step), FAIR * chord, step) for way in ways]
         found += [way.reversed() for way in reversed(ways)] if back_and_forth and row % 2 else ways
     if not found:
         raise InvalidArgumentError("nothing of the surface is seen along the axis")
@@ -154,13 +158,19 @@ def _below(points: Floats, begins: Floats, ends: Floats, up: Floats, along: Floa
     return hidden
 
 
-def _led(way: Way, lead_in: float, lead_out: float) -> Way:
-    """Return a way that goes straight on before its beginning and after its end, by lengths (m)."""
+def _led(way: Way, lead_in: float, lead_out: float, step: float) -> Way:
+    """Return a way that goes straight on before its beginning and after its end, by lengths (m), in steps (m)."""
     points, normals, tangents = way.points, way.normals, way.tangents
     if lead_in:
-        points = np.concatenate([points[:1] - lead_in * tangents[:1], points])
-        normals = np.concatenate([normals[:1], normals])
+        points = np.concatenate([points[0] - _along(lead_in, step)[::-1, None] * tangents[0], points])
+        normals = np.concatenate([normals[:1].repeat(len(points) - len(normals), axis=0), normals])
     if lead_out:
-        points = np.concatenate([points, points[-1:] + lead_out * tangents[-1:]])
-        normals = np.concatenate([normals, normals[-1:]])
+        points = np.concatenate([points, points[-1] + _along(lead_out, step)[:, None] * tangents[-1]])
+        normals = np.concatenate([normals, normals[-1:].repeat(len(points) - len(normals), axis=0)])
     return Way(points, normals)
+
+
+def _along(length: float, step: float) -> Floats:
+    """Return places up to a length (m), at most a step (m) apart, without 0."""
+    count = int(np.ceil(length / step - 1e-9))
+    return length * np.arange(1, count + 1) / count
