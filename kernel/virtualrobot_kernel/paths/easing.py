@@ -73,7 +73,8 @@ def eased(
             if share <= KEPT:
                 return np.clip(_with_ends(best), lower, upper), least
             at = function.evaluate(places)
-            slopes = np.stack([_slopes(postures, places, at, axis, lower, upper) for axis in free.tolist()], axis=1) / most
+            columns = [_slopes(postures, places, at, axis, lower, upper) for axis in free.tolist()]
+            slopes = np.stack(columns, axis=1) / most
             if np.isnan(slopes).any():
                 break
             rest = needed - np.einsum("nfk,nf->nk", slopes, bends @ control[:, free])

@@ -27,12 +27,14 @@ class Cut:
         beam: its signal; it stands at the beginning until the beam is through.
         kerf: the width (m) of what the beam takes away.
         side: of the way that the kerf is on, one of `SIDES`.
+        thickness: of what is cut (m); 0 where it is not told.
     """
 
     head: Leading
     beam: Switch
     kerf: float = 0.0
     side: str = "middle"
+    thickness: float = 0.0
     what: str = "cut"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -47,17 +49,24 @@ class Cut:
 
 def read_cut(item: Item) -> Cut:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
-    fields = item.fields((*FIELDS, "cuts", "head", "beam", "kerf", "side"), ("robot", "cuts", "speed"))
+    fields = item.fields((*FIELDS, "cuts", "head", "beam", "kerf", "side", "thickness"), ("robot", "cuts", "speed"))
     kerf = fields["kerf"].number(0.0, 0.05) if "kerf" in fields else 0.0
     side = fields["side"].one_of(tuple(SIDES)) if "side" in fields else "middle"
     if side != "middle" and not kerf:
         raise fields["side"].error("what is left beside a cut is half its kerf: give `kerf` in m")
+    thickness = fields["thickness"].number(1e-5, 1.0) if "thickness" in fields else 0.0
+    if thickness and not kerf:
+        raise fields["thickness"].error("what is cut away is as wide as the kerf: give `kerf` in m")
     head = read_leading(fields, fields["cuts"], fields.get("head"))
-    return Cut(head, read_switch(fields.get("beam")), kerf, side)
+    return Cut(head, read_switch(fields.get("beam")), kerf, side, thickness)
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of cutting that a file describes, in the cell as it is; raises what `lead` raises."""
     work = read_cut(item)
     led = lead(client, work.head, work)
-    return led.with_measures(f"the beam is on for {led.seconds:.2f} s")
+    told = [f"the beam is on for {led.seconds:.2f} s"]
+    if work.thickness:
+        away = 1e6 * work.kerf * work.thickness * sum(one.way.length for one in led.stretches)
+        told.append(f"{away:.4g} cm^3 are cut away")
+    return led.with_measures(*told)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from virtualrobot import Client, Move, Program, Robot, ToolPath, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
 from virtualrobot.motions.paths import ToolPathOptions
@@ -89,14 +90,14 @@ class Stretch:
     Attributes:
         parts: the nodes that its way is of; it is in the frame of the first one.
         way: the way.
-        frames: (n, 4, 4) of the tool, in that frame.
-        speed: along them (m/s).
+        frames: (n, 4, 4) where the tool is, in that frame, with what it leans and is shifted within its tolerance.
+        times: (n,) when it is there (s), from 0; without what is between two parts that it is gone in.
     """
 
     parts: tuple[str, ...]
     way: Way
     frames: Floats
-    speed: float
+    times: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,8 +241,9 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):
                     name = told
-                    gone.append(Stretch(source.parts, there, frames, speed))
-                    for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
+                    paths = _paths(client, leading, told, frames, speed, source.parts[0])
+                    gone.append(Stretch(source.parts, there, *_gone(frames, [path for _, path in paths])))
+                    for name, path in paths:
                         before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
                         if path.external:
                             # A free path is looked for where all else stands as it does now.
@@ -275,6 +277,21 @@ def _paths(
         for number, part in enumerate(parts, 1)
         if part.path is not None
     ]
+
+
+def _gone(frames: Floats, paths: Sequence[ToolPath]) -> tuple[Floats, Floats]:
+    """Return where a tool is (n, 4, 4) that has freedom at frames, and when (s), on paths that follow each other.
+
+    Each begins at the frame where the one before ends.
+    """
+    freedoms, times = paths[0].freedoms[:1], np.zeros(1)
+    for path in paths:
+        freedoms = np.concatenate([freedoms, path.freedoms[1:]])
+        times = np.concatenate([times, times[-1] + (path.times - path.times[0])[1:]])
+    frame_t_tool = np.tile(np.eye(4), (len(frames), 1, 1))
+    frame_t_tool[:, :3, :3] = Rotation.from_euler("XYZ", freedoms[:, 3:]).as_matrix()
+    frame_t_tool[:, :3, 3] = freedoms[:, :3]
+    return frames @ frame_t_tool, times
 
 
 def check_frames(frames: Floats, way: Way, remedy: str) -> None:

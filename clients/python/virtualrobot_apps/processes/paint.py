@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
 from trimesh import Trimesh
 from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
-from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, Stretch, lead, read_leading
 from virtualrobot_apps.processes.part import part_mesh
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
-FINE = 0.125
+FINE = 0.06
 """Longest edge of a triangle whose film is told, in parts of the jet's width."""
 MOST_FACES = 500_000
 THIN = 0.5
@@ -63,18 +64,26 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of painting that a file describes, in the cell as it is; raises what `lead` raises."""
     work = read_paint(item)
     led = lead(client, work.gun, work)
-    told = [measure(parts, film) for parts, film in films(client, work.jet, led)]
+    told = [measure(parts, film) for parts, film in films(client, work, led)]
     return led.with_measures(*told, f"the gun sprays for {led.seconds:.2f} s")
 
 
-def films(client: Client, jet: Jet, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
+def films(client: Client, work: Paint, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
     """Yield the film on each of the parts that were painted, without what the passes over others leave there."""
+    jet, trigger = work.jet, work.trigger
     for parts, stretches in led.by_parts().items():
         mesh = part_mesh(client, parts)
         longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)
         fine = mesh.subdivide_to_size(longest, max_iter=20)
         assert isinstance(fine, Trimesh)
-        yield parts, sprayed(fine, [(one.frames, one.speed) for one in stretches], jet)
+        yield parts, sprayed(fine, [with_stands(one, trigger) for one in stretches], jet)
+
+
+def with_stands(stretch: Stretch, trigger: Switch) -> tuple[Floats, Floats]:
+    """Return the frames (n, 4, 4) and times (n,) of a gun, with those that it stands at the ends of a pass."""
+    frames, times = stretch.frames, stretch.times
+    begin, end = times[0] - trigger.start_seconds, times[-1] + trigger.end_seconds
+    return np.concatenate([frames[:1], frames, frames[-1:]]), np.concatenate([[begin], times, [end]])
 
 
 def measure(parts: tuple[str, ...], film: Film) -> str:

@@ -18,6 +18,7 @@ from virtualrobot_apps.curves.reading import read_curves
 from virtualrobot_apps.curves.way import Floats, Way, units
 from virtualrobot_apps.processes.part import part_mesh
 from virtualrobot_apps.processes.sources.edges import KINDS, edges, nearest
+from virtualrobot_apps.processes.sources.fairing import FAIR, fair
 from virtualrobot_apps.processes.sources.gcode import read_gcode
 from virtualrobot_apps.processes.sources.picked import spline
 from virtualrobot_apps.processes.sources.raster import raster
@@ -201,7 +202,12 @@ def _spots(item: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
 def _section(_: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
     plane = fields["section"].fields(("origin", "normal"), ("origin", "normal"))
     origin, normal = vector(plane["origin"]), vector(plane["normal"])
-    return lambda cell, _: section(cell.mesh(parts), origin, normal)
+
+    def make(cell: Cell, density: Density) -> list[Way]:
+        found = [sampled(way, density.chord, density.step) for way in section(cell.mesh(parts), origin, normal)]
+        return [fair(way, FAIR * density.chord, density.step) for way in found]
+
+    return make
 
 
 def _raster(_: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:

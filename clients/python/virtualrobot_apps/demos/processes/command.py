@@ -1,4 +1,4 @@
-"""`virtualrobot demo weld`, `mill`, `drill`: a process in a cell, each as files that anybody may take and change."""
+"""`virtualrobot demo weld`, `paint` and others: a process in a cell, each as files that anybody may take and change."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ from virtualrobot_apps.vehicles.command import HEADLESS, SPEED, pace_of, stepped
 
 DEMOS = {
     "weld": ("pipes", "Watch an arm weld a branch onto a pipe: a saddle, once around."),
+    "paint": ("booth", "Watch an arm paint a hood that is bent both ways, pass beside pass."),
+    "dispense": ("gluing", "Watch an arm lay a bead of glue on a lid, once around."),
+    "polish": ("polishing", "Watch an arm polish the top of a lid, by a pad on a spring."),
+    "cut": ("trimming", "Watch an arm cut an opening into a hood, by laser."),
+    "spot": ("spots", "Watch an arm weld twelve spots along the rim of a hood, in a short order."),
     "mill": ("flange", "Watch an arm mill the groove of a seal into a flange, by G-code."),
     "drill": ("flange", "Watch an arm drill eight holes into a flange, each in two pecks."),
 }

@@ -17,7 +17,9 @@ from virtualrobot_apps.demos.processes import CELLS
 NECK = 0.06
 """Radius of the bend of a torch's neck."""
 BENT = np.radians(45.0)
-"""Angle by which a torch's neck is bent."""
+"""Angle by which a torch's neck is bent, and a spray gun."""
+BALL, CAP = 0.25, 0.08
+"""Radius of the ball whose cap a lid is, and its height."""
 
 
 def _rod(radius: float, first: Sequence[float], last: Sequence[float], sections: int = 32) -> Trimesh:
@@ -80,7 +82,62 @@ def spindle() -> Trimesh:
     )
 
 
-BODIES: tuple[Callable[[], Trimesh], ...] = (pipes, flange, torch, spindle)
+def lid() -> Trimesh:
+    """Return the cap of a ball of 0.25 m, 80 mm high, its base at the origin."""
+    angles = np.linspace(np.arccos(1.0 - CAP / BALL), 0.0, 21)
+    profile = np.stack([BALL * np.sin(angles), BALL * np.cos(angles) - (BALL - CAP)], axis=1)
+    profile[0, 1] = profile[-1, 0] = 0.0
+    return trimesh.creation.revolve(np.concatenate([[[0.0, 0.0]], profile]), sections=96)
+
+
+def gun() -> Trimesh:
+    """Return a spray gun, bent by 45 degrees about y; its nozzle ends at (0.07, 0, 0.17)."""
+    ahead = np.array([np.sin(BENT), 0.0, np.cos(BENT)])
+    elbow = np.array([0.0, 0.0, 0.1])
+    return _joined(
+        _rod(0.03, [0, 0, 0], [0, 0, 0.11]),
+        _rod(0.022, elbow.tolist(), (elbow + 0.06 * ahead).tolist()),
+        _rod(0.012, (elbow + 0.055 * ahead).tolist(), (elbow + 0.07 * np.sqrt(2.0) * ahead).tolist(), 24),
+    )
+
+
+def dispenser() -> Trimesh:
+    """Return a gun for glue, whose needle ends at (0, 0, 0.2)."""
+    return _joined(
+        _rod(0.028, [0, 0, 0], [0, 0, 0.12]),
+        _rod(0.01, [0, 0, 0.11], [0, 0, 0.165], 24),
+        _rod(0.0015, [0, 0, 0.16], [0, 0, 0.2], 16),
+    )
+
+
+def head() -> Trimesh:
+    """Return the head of a laser, whose nozzle ends at (0, 0, 0.24)."""
+    profile = [[0.0, 0.0], [0.035, 0.0], [0.035, 0.15], [0.003, 0.24], [0.0, 0.24]]
+    return trimesh.creation.revolve(profile, sections=32)
+
+
+def disc() -> Trimesh:
+    """Return a motor with a pad of 40 mm to polish with, whose middle is at (0, 0, 0.18)."""
+    return _joined(
+        _rod(0.035, [0, 0, 0], [0, 0, 0.12]),
+        _rod(0.01, [0, 0, 0.11], [0, 0, 0.175], 24),
+        _rod(0.02, [0, 0, 0.17], [0, 0, 0.18], 48),
+    )
+
+
+def electrode() -> Trimesh:
+    """Return a gun that welds spots from one side, whose electrode ends at (0, 0, 0.22)."""
+    return _joined(
+        _rod(0.04, [0, 0, 0], [0, 0, 0.13]),
+        _rod(0.015, [0, 0, 0.12], [0, 0, 0.2], 24),
+        _rod(0.004, [0, 0, 0.19], [0, 0, 0.22], 16),
+    )
+
+
+BODIES: tuple[Callable[[], Trimesh], ...] = (
+    *(pipes, flange, hood, lid),
+    *(torch, spindle, gun, dispenser, head, disc, electrode),
+)
 """Functions that make the bodies; a file has the name of its function."""
 
 

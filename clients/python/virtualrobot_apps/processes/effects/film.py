@@ -83,7 +83,7 @@ class Film:
         return float(self.areas[thin].sum() / self.areas[there].sum()) if there.any() else 0.0
 
 
-def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, float]], jet: Jet) -> Film:
+def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, Floats]], jet: Jet) -> Film:
     """Return the film that a gun leaves on a mesh (m).
 
     Triangles have one thickness each: of those that are large beside the disc it is that in their middle.
@@ -91,24 +91,26 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, float]], jet: Jet)
     Args:
         mesh: open or closed, its normals outward.
         passes: frames (n, 4, 4) of the gun's tip, z along the jet, at the distance `standoff` before it from its disc,
-            and the speed (m/s) on each pass.
+            and when it is there (n,) in s, of each pass.
         jet: what leaves the gun.
 
     Raises:
-        InvalidArgumentError: for a jet or speeds that are not above 0.
+        InvalidArgumentError: for a jet without width, standoff or flow, and for times that run back.
         WrongStateError: where embreex, by which rays are traced, is not installed.
     """
     if find_spec("embreex") is None:
         raise WrongStateError("films need embreex: pip install 'virtualrobot[processes]'")
-    if min(jet.width, jet.standoff, jet.flow, *(speed for _, speed in passes)) <= 0.0:
-        raise InvalidArgumentError("width, standoff and flow of a jet, and the speed of a gun, must be above 0")
+    if min(jet.width, jet.standoff, jet.flow) <= 0.0:
+        raise InvalidArgumentError("width, standoff and flow of a jet must be above 0")
+    if any(np.diff(times).min(initial=0.0) < 0.0 for _, times in passes):
+        raise InvalidArgumentError("the times of a gun on its way must not run back")
     centres, normals, areas = mesh.triangles_center, mesh.face_normals, mesh.area_faces
     tree, thickness, volume = KDTree(centres), np.zeros(len(areas)), 0.0
     slope = 0.5 * jet.width / jet.standoff
     # What is farther than twice the standoff gets a quarter at most; it counts up to there.
     farthest = 2.0 * jet.standoff * np.hypot(1.0, slope)
-    for frames, speed in passes:
-        places, seconds = _places(frames, speed, 0.5 * jet.width / SAMPLES)
+    for frames, times in passes:
+        places, seconds = _places(frames, times, 0.5 * jet.width / SAMPLES)
         for place, time in zip(places, seconds, strict=True):
             volume += jet.flow * time
             near = np.array(tree.query_ball_point(place[:3, 3], farthest), np.int64)
@@ -138,15 +140,15 @@ def _is_seen(mesh: trimesh.Trimesh, origin: Floats, rays: Floats) -> NDArray[np.
     return (first < 0) | (share > 1.0 - GRAZE)
 
 
-def _places(frames: Floats, speed: float, step: float) -> tuple[Floats, Floats]:
+def _places(frames: Floats, times: Floats, step: float) -> tuple[Floats, Floats]:
     """Return frames (m, 4, 4), at most a step (m) apart, along others, and how long each one stands for (s)."""
     found, seconds = list[Floats](), list[float]()
-    for before, after in pairwise(frames):
+    for (before, after), duration in zip(pairwise(frames), np.diff(times).tolist(), strict=True):
         length = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
         count = max(1, int(np.ceil(length / step)))
         for share in (np.arange(count) + 0.5) / count:
             place = (1.0 - share) * before + share * after
             place[:3, 2] /= np.linalg.norm(place[:3, 2])
             found.append(place)
-            seconds.append(length / count / speed)
+            seconds.append(duration / count)
     return np.array(found).reshape(-1, 4, 4), np.array(seconds)

@@ -15,7 +15,9 @@ from scipy.linalg import solveh_banded
 
 from virtualrobot_apps.curves.way import Floats, Way, units
 
-TURN = np.radians(1.0)
+FAIR = 0.5
+"""Part of a chord by which ways may be off a mesh to be fair; the rest is for lines between their points."""
+TURN = np.radians(2.0)
 """Angle (rad) by which normals may be off those that were given."""
 STIFFEST, SOFTEST = 1e6, 1e-2
 """Weights of squared third differences against squared distances, first and last, by tenths: the first one that will do

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.curves.way import Way, above_zero
-from virtualrobot_apps.processes.sources.fairing import fair
+from virtualrobot_apps.processes.sources.fairing import FAIR, fair
 from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, sampled
 from virtualrobot_apps.processes.sources.sections import cut, unit
 from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, surface_of
@@ -16,8 +16,6 @@ from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, 
 FACING = np.radians(75.0)
 """Angle (rad) of a surface to the tool up to which it is gone over."""
 MOST_PASSES = 10_000
-FAIR = 0.5
-"""Part of a chord by which ways may be off the mesh to be fair; the rest is for lines between their points."""
 BINS = 4096
 """Parts of a surface's width whose slopes are looked at."""
 
