@@ -90,7 +90,8 @@ class Stretch:
     Attributes:
         parts: the nodes that its way is of; it is in the frame of the first one.
         way: the way.
-        frames: (n, 4, 4) where the tool is, in that frame, with what it leans and is shifted within its tolerance.
+        frames: (n, 4, 4) where the tool is, in that frame, leaning and shifted within its tolerance as it is, but
+            not turned about itself.
         times: (n,) when it is there (s), from 0; without what is between two parts that it is gone in.
     """
 
@@ -282,14 +283,14 @@ def _paths(
 def _gone(frames: Floats, paths: Sequence[ToolPath]) -> tuple[Floats, Floats]:
     """Return where a tool is (n, 4, 4) that has freedom at frames, and when (s), on paths that follow each other.
 
-    Each begins at the frame where the one before ends.
+    Each begins at the frame where the one before ends. What it turns about itself is left out.
     """
     freedoms, times = paths[0].freedoms[:1], np.zeros(1)
     for path in paths:
         freedoms = np.concatenate([freedoms, path.freedoms[1:]])
         times = np.concatenate([times, times[-1] + (path.times - path.times[0])[1:]])
     frame_t_tool = np.tile(np.eye(4), (len(frames), 1, 1))
-    frame_t_tool[:, :3, :3] = Rotation.from_euler("XYZ", freedoms[:, 3:]).as_matrix()
+    frame_t_tool[:, :3, :3] = Rotation.from_euler("XY", freedoms[:, 3:5]).as_matrix()
     frame_t_tool[:, :3, 3] = freedoms[:, :3]
     return frames @ frame_t_tool, times
 
