@@ -36,6 +36,15 @@ BODIES: dict[str, list[Box]] = {
         ((-0.17, -0.25, 0.2), (0.17, 0.25, 0.24)),
         ((-0.05, -0.05, 0.24), (0.05, 0.05, 0.45)),
     ],
+    "chair": [
+        ((-0.2, -0.2, 0.25), (0.2, 0.2, 0.29)),
+        ((-0.2, 0.16, 0.29), (0.2, 0.2, 0.55)),
+        *(((x - 0.02, y - 0.02, 0.0), (x + 0.02, y + 0.02, 0.25)) for x in (-0.18, 0.18) for y in (-0.18, 0.18)),
+    ],
+    "comb": [
+        ((-0.25, -0.2, 0.0), (0.25, 0.2, 0.03)),
+        *(((x - 0.01, -0.2, 0.03), (x + 0.01, 0.2, 0.35)) for x in (-0.2, -0.07, 0.07, 0.2)),
+    ],
 }
 
 
@@ -47,7 +56,6 @@ def looking(along_x: Floats) -> Floats:
 FAN = looking(rays(2.0 * HALF, np.radians(0.1), np.radians(0.25)))
 """Rays of a range finder of two dimensions."""
 RAYS = looking(rays(2.0 * HALF, 2.0 * HALF, np.radians(1.25)))
-FEW = looking(rays(2.0 * HALF, 2.0 * HALF, np.radians(2.5)))
 
 
 def look(planner: ViewPlanner, view: Floats, boxes: list[Box], of_view: Floats = RAYS) -> int:
@@ -101,7 +109,7 @@ class Covered:
 def covered(boxes: list[Box], rng: np.random.Generator) -> Covered:
     """Return what VIEWS views of 60 cover of a body, chosen one after the other, and drawn 20 times."""
     views = views_around(MIDDLE, np.array([0.7, 0.9]), 30)
-    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), views, FEW, REACH)
+    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), views, RAYS, REACH)
     chosen = list[Floats]()
     while len(chosen) < VIEWS and (view := planner.next()) is not None:
         look(planner, view, boxes)

@@ -73,6 +73,16 @@ def test_fingers_close_across_a_box_and_come_from_where_there_is_room(rng: np.ra
     assert best.quality > 0.5 and np.linalg.norm(best.pose[:3, 3]) < 0.04
 
 
+def test_a_thin_plate_is_gripped_across_its_thickness(rng: np.random.Generator) -> None:
+    """Points of its far side lie within a finger's pad, and are no edge: a hand comes from its rim."""
+    plate = trimesh.creation.box((0.15, 0.1, 0.003))
+    found = grasps(surface_of_mesh(plate.vertices, plate.faces, 1500, rng), JAW, rng)
+    assert len(found) > 100
+    for one in found:
+        assert abs(one.pose[2, 1]) > 0.8 and one.width < 0.006
+        assert np.abs(one.pose[2, 3]) < 0.002
+
+
 def test_a_cloud_that_was_seen_from_around_is_gripped_like_its_mesh(rng: np.random.Generator) -> None:
     """Points of a cylinder, 30 mm in radius, with noise of 0.5 mm: lines between contacts go through its axis."""
     turn, z = rng.uniform(0.0, 2.0 * np.pi, 3000), rng.uniform(-0.06, 0.06, 3000)

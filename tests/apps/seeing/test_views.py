@@ -8,7 +8,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.seeing.views.planning import NoViewError, ViewPlanner, views_around
 from virtualrobot_apps.seeing.views.voxels import FREE, OCCUPIED, UNKNOWN, Floats, Voxels
 
-from tests.apps.seeing.bodies import BODIES, EDGE, FAN, FEW, HIGH, LOW, MIDDLE, REACH, covered, look
+from tests.apps.seeing.bodies import BODIES, EDGE, FAN, HIGH, LOW, MIDDLE, RAYS, REACH, covered, look
 from tests.apps.seeing.box_scanner import Box
 
 
@@ -54,7 +54,7 @@ def test_the_model_lies_on_the_body_and_its_holes_are_named() -> None:
     view = np.eye(4)
     view[:3, :3] = np.array([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     view[:3, 3] = -0.9, 0.0, 0.2
-    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), view[None], FEW, REACH)
+    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), view[None], RAYS, REACH)
     assert look(planner, view, cube) > 100
     vertices, triangles = planner.voxels.surface()
     corners = vertices[triangles]
@@ -70,9 +70,9 @@ def test_the_model_lies_on_the_body_and_its_holes_are_named() -> None:
 def test_what_cannot_be_seen_is_said() -> None:
     views = views_around(MIDDLE, np.array([0.7]), 10)
     with pytest.raises(NoViewError, match="none of 10 views is in reach"):
-        ViewPlanner(Voxels(LOW, HIGH, EDGE), views, FEW, REACH, lambda all_of_them: np.zeros(len(all_of_them), bool))
+        ViewPlanner(Voxels(LOW, HIGH, EDGE), views, RAYS, REACH, lambda all_of_them: np.zeros(len(all_of_them), bool))
     far = views_around(MIDDLE, np.array([5.0]), 10)
-    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), far, FEW, REACH)
+    planner = ViewPlanner(Voxels(LOW, HIGH, EDGE), far, RAYS, REACH)
     with pytest.raises(NoViewError, match=r"no echo in the box, whose middle is 4\.91 m away: .* the 1\.6 m"):
         look(planner, far[0], BODIES["crate"])
     with pytest.raises(InvalidArgumentError, match="has no room for voxels"):

@@ -115,11 +115,11 @@ def _pairs(
         widths[part] = far.max(axis=1)
     facing = (axes * normals[second]).sum(axis=1)
     good = known & (facing > least)
-    # A finger is a pad, and no point: about a contact all looks the same way, so that it is no edge.
+    # A finger is a pad, and no point: about a contact all looks the same way, or, of a thin body, the opposite one.
     tree = KDTree(points)
-    for contact, sign in ((first, -1.0), (second, 1.0)):
+    for contact in (first, second):
         _, beside_it = tree.query(points[contact], k=PAD)
-        good &= ((normals[beside_it] * (sign * axes)[:, None]).sum(axis=2) > least).all(axis=1)
+        good &= (np.abs((normals[beside_it] * axes[:, None]).sum(axis=2)) > least).all(axis=1)
     angles = np.maximum(tilt[:, 0], np.arccos(np.clip(facing, -1.0, 1.0)))[good]
     middles = points[first[good]] + 0.5 * widths[good, None] * axes[good]
     return middles, axes[good], widths[good], 1.0 - angles / cone

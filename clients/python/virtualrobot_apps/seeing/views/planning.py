@@ -43,8 +43,9 @@ class Hole:
 class ViewPlanner:
     """Chooses views of a body, one after the other; `world_t_views` (n, 4, 4) look along z.
 
-    `rays` (m, 3) of length 1 are some of the sensor's, in its frame, and `reach` is how far it sees (m). `possible`
-    tells which of views (n, 4, 4) can be had, such as those that an arm reaches without touching anything.
+    `rays` (m, 3) of length 1 are some of the sensor's, in its frame, and `reach` is how far it sees (m). Where they are
+    further apart on the body than voxels are long, views along its faces count for too little. `possible` tells which
+    of views (n, 4, 4) can be had, such as those that an arm reaches without touching anything.
     """
 
     def __init__(
