@@ -9,6 +9,7 @@ import { take as takeCollisions } from "./collisions";
 import { attempt, say } from "./messages";
 import { compare } from "./served_page";
 import * as service from "./services";
+import { picture } from "./shared_picture";
 import { heads, viewers } from "./viewers";
 import { forPeople, wordsOf } from "./words";
 import * as world from "./world";
@@ -76,6 +77,7 @@ export function watch(): void {
       world.speedFactor.value = said.speedFactor;
     },
   );
+  void follow(() => service.views.watchView({}), (said) => void (picture.value = said.view));
   void follow(() => service.views.meetViewers(heads()), (said) => void (viewers.value = said.viewers));
   void follow(() => service.leases.watchLeases({}), (said) => void (world.leases.value = said.leases));
   void followSteps();

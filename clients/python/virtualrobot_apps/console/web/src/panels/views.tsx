@@ -3,8 +3,9 @@ import { signal } from "@preact/signals";
 import { Matrix4, Vector3 } from "three";
 import { watched } from "../kernel/camera_picture";
 import { remove } from "../kernel/orders";
+import { picture, toggle, type Aid } from "../kernel/shared_picture";
 import { keep, kept, readViewpoint, share, viewpointOf } from "../kernel/viewpoints";
-import { items, selected, type Item } from "../kernel/world";
+import { chosen, items, selected, type Item } from "../kernel/world";
 import { Choice } from "../parts/choice";
 import { Icon, KindIcon } from "../parts/icons";
 import { NumberField } from "../parts/number_field";
@@ -54,9 +55,19 @@ export function Views() {
           <button type="button" class="button grow" title="The kernel's viewer, pictures and films look from here, for everybody" onClick={() => void shareThis()}>Set from here</button>
           <button type="button" class="button grow" title="From where the viewer, pictures and films look; everything where nobody has said that" onClick={() => void lookAsAll()}>Look as they do</button>
         </div>
+        <div class="chips">
+          <AidChip aid="jointAxes" name={chosen.value} words="Axes of the joints" />
+          <AidChip aid="boundingBoxes" name={selected.value} words="Box around it" />
+        </div>
       </section>
     </div>
   );
+}
+
+/** Shows something of a node to everybody, at the page, in the room and in the kernel's viewer. */
+function AidChip({ aid, name, words }: { aid: Aid; name: string; words: string }) {
+  const isShown = picture.value?.[aid].includes(name) ?? false;
+  return <button type="button" class="chip" aria-pressed={isShown} disabled={!name} title={`${words}: ${name || "nothing is selected"}`} onClick={() => void toggle(aid, name)}>{words}</button>;
 }
 
 async function lookAsAll(): Promise<void> {

@@ -4,6 +4,7 @@ import { BoxGeometry, Color, Float32BufferAttribute, InstancedMesh, MeshStandard
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { viewers } from "../kernel/viewers";
 import { matrixOf } from "./poses";
+import { companion } from "./spectator";
 import type { Viewport } from "./viewport";
 
 /** As many as the kernel tells of. */
@@ -22,7 +23,7 @@ export function drawHeads(view: Viewport): void {
   heads.frustumCulled = false;
   view.stage.scene.add(heads);
   effect(() => {
-    const all = viewers.value.slice(0, MOST);
+    const all = viewers.value.filter(({ id }) => id !== companion.value).slice(0, MOST);
     all.forEach(({ worldTHead, scale }, place) => {
       heads.setMatrixAt(place, matrixOf(worldTHead).scale(new Vector3().setScalar(scale)));
     });

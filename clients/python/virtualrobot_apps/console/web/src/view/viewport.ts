@@ -5,6 +5,7 @@ import { outlined } from "../kernel/collisions";
 import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
+import { drawAids } from "./aids";
 import { Ghost } from "./copies";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
@@ -18,6 +19,7 @@ import { drawSwept } from "./postures";
 import { SizeHandle } from "./size_handle";
 import { Solids } from "./solids";
 import { drawSpans } from "./spans";
+import { followHead } from "./spectator";
 import { Stage } from "./stage";
 import { drawTraces } from "./trails";
 
@@ -45,6 +47,7 @@ export class Viewport {
   #names = new Names();
   #timer = new Timer();
   #follower = new Follower();
+  #redrawAids: () => void;
   #dirty = true;
   #frames = 0;
   #rested = 0;
@@ -63,8 +66,10 @@ export class Viewport {
     drawTraces(this);
     drawSpans(this);
     drawSwept(this);
+    this.#redrawAids = drawAids(this);
     drawAxis(this);
     drawHeads(this);
+    followHead(this);
     effect(() => {
       this.stage.setTheme(theme.value);
       this.invalidate();
@@ -120,6 +125,7 @@ export class Viewport {
     if (this.solids.update()) {
       this.ghost.renew(this.solids.pieces, this.solids.places);
       this.room?.rebuild();
+      this.#redrawAids();
       if (!this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
     }
     this.#follower.advance(this.observer, this.solids.places);

@@ -10,7 +10,8 @@ import { fixed } from "../parts/numbers";
 /** Frames that are touched have names that begin so, and are touched in the order of these. */
 const PREFIX = "touch";
 const LEAST = 3;
-const KEPT = "headset";
+/** The frame of the world that the room is kept as. */
+export const KEPT = "headset";
 
 interface Found {
   /** Row by row. */

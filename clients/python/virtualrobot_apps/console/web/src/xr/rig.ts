@@ -2,7 +2,7 @@
 import { Euler, Matrix4, Quaternion, Vector3 } from "three";
 
 /** How far ahead of the person the robot stands at first, along the floor. */
-const AHEAD_METERS = 1.5;
+export const AHEAD_METERS = 1.5;
 const LEAST = 1e-3;
 
 /** Returns the direction in which a pose looks along its -z, on a plane across `up`; undefined where it looks straight up or down. */

@@ -5,17 +5,20 @@ import { say } from "../kernel/messages";
 import { teach } from "../kernel/orders";
 import { stop } from "../kernel/stop";
 import { showHead } from "../kernel/viewers";
-import { chosen } from "../kernel/world";
+import { viewpointOf } from "../kernel/viewpoints";
+import { chosen, items } from "../kernel/world";
 import { tool } from "../view/gizmo";
 import type { Room, Viewport } from "../view/viewport";
+import { RoomAnchor } from "./anchor";
 import { DrawnCell } from "./drawn_cell";
 import { Handle, rayOf } from "./handle";
 import { isMomentary, readHands, type Hand } from "./hands";
+import { settings } from "./observer";
 import { Panel, type Press } from "./panel";
 import { Pointers } from "./pointers";
 import { proposal } from "./proposal";
-import { registration } from "./registration";
-import { roomInWorld, walked } from "./rig";
+import { KEPT, registration } from "./registration";
+import { AHEAD_METERS, roomInWorld, walked } from "./rig";
 import { resized, scale, scaleOf, stepFrom, Stretch } from "./scale";
 import { ShownWay } from "./shown_way";
 import { reasonOf, type Mode } from "./support";
@@ -24,15 +27,15 @@ import { leads, teleop } from "./teleop";
 /** The room that this page is shown in; undefined for none, and while one is asked for. */
 export const entered = signal<Immersion | undefined>(undefined);
 
-const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking"] };
+const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking", "anchors"] };
 const NAMES: Record<Mode, string> = { "immersive-ar": "augmented reality", "immersive-vr": "virtual reality" };
 /** A page that has stood still for so long (ms) has let go: the trigger is to be pressed anew. */
 const HANG_MS = 500;
 /** The whole way in so many seconds, with the stick at its end. */
 const SCRUB_SECONDS = 2;
 const DEAD_STICK = 0.2;
-/** With the stick at its end a person walks so fast, m/s, and turns so far at once, where the whole room is virtual. */
-const WALK_SPEED = 1, TURN = Math.PI / 6, TURN_STICK = 0.7;
+/** With the stick at its end a person turns so far at once, where the whole room is virtual. */
+const TURN = Math.PI / 6, TURN_STICK = 0.7;
 
 /** A hand whose grip and ray are in the world; its tip is in the room. */
 type Near = Hand & { pointed?: Press; distance?: number };
@@ -68,14 +71,17 @@ export async function enter(view: Viewport, mode: Mode): Promise<void> {
 export class Immersion implements Room {
   /** The room in the world: what hangs in it goes along with it. */
   #rig = new Group();
-  #camera = new PerspectiveCamera(60, 1, 0.02, 200);
+  #camera = new PerspectiveCamera(60, 1, settings.peek().near, settings.peek().far);
   #panel = new Panel();
   #pointers = new Pointers();
   #handle = new Handle();
   #way: ShownWay;
   #cell: DrawnCell;
   #stretch = new Stretch();
+  #anchor: RoomAnchor;
   #isPlaced = false;
+  /** How high (m) the floor of the room is over that of the world, in life size. */
+  #floor = 0;
   /** How the room lay in the world before the cell had another size. */
   #lifeSize?: Matrix4;
   /** What was pressed in the frame before, of each source. */
@@ -89,6 +95,7 @@ export class Immersion implements Room {
   constructor(private readonly view: Viewport, readonly mode: Mode, private readonly session: XRSession) {
     const { scene, renderer } = view.stage;
     this.#way = new ShownWay(view);
+    this.#anchor = new RoomAnchor(session, mode === "immersive-ar" && items.peek().has(KEPT));
     this.#cell = new DrawnCell(view.solids);
     this.#rig.matrixAutoUpdate = false;
     this.#rig.add(this.#camera, this.#panel.mesh);
@@ -121,6 +128,7 @@ export class Immersion implements Room {
     const head = space && frame.getViewerPose(space);
     if (!space || !head) return this.#letGo();
     this.#place(new Matrix4().fromArray(head.transform.matrix));
+    this.#settle(this.#anchor.follow(frame, space));
     const seen = frame.session.visibilityState === "visible" ? readHands(frame, space) : [];
     this.#resize(seen);
     const hands = seen.map((one) => this.#near(one));
@@ -168,12 +176,33 @@ export class Immersion implements Room {
   #place(room_t_head: Matrix4): void {
     if (!this.#isPlaced) {
       this.#isPlaced = true;
-      const { camera } = this.view.observer, base = this.view.solids.places.get(chosen.peek());
+      const { camera } = this.view.observer, base = this.view.solids.places.get(chosen.peek()) ?? new Matrix4();
       camera.updateMatrixWorld();
-      this.#rig.matrix.copy(roomInWorld(room_t_head, camera.matrixWorld, new Vector3().setFromMatrixPosition(base ?? new Matrix4())));
+      const { height } = settings.peek(), from = this.#entrance();
+      this.#floor = this.mode === "immersive-vr" && height > 0 ? height - room_t_head.elements[13] : 0;
+      this.#rig.matrix.copy(from ? roomInWorld(room_t_head, ...from) : roomInWorld(room_t_head, camera.matrixWorld, new Vector3().setFromMatrixPosition(base)));
+      this.#rig.matrix.elements[14] = this.#floor;
     }
     this.#panel.place(room_t_head);
     this.#rig.updateMatrixWorld(true);
+  }
+
+  /** Returns the eye of the saved view from which the cell is entered, and the point so far ahead of it as a robot is. */
+  #entrance(): [world_t_eye: Matrix4, ahead: Vector3] | undefined {
+    const item = items.peek().get(settings.peek().pose), place = item && this.view.solids.places.get(item.name);
+    const found = place && viewpointOf(item, place);
+    if (!found) return undefined;
+    const position = new Vector3(...found.position), target = new Vector3(...found.target), up = new Vector3(0, 0, 1);
+    const ahead = target.clone().sub(position).setZ(0);
+    if (ahead.lengthSq() === 0) return undefined;
+    return [new Matrix4().lookAt(position, target, up), position.addScaledVector(ahead.normalize(), AHEAD_METERS)];
+  }
+
+  /** Lays the room as the anchor has it: at once in life size, and else when life size comes again. */
+  #settle(world_t_room: Matrix4 | undefined): void {
+    if (!world_t_room) return;
+    if (scale.peek() === 1) this.#lay(world_t_room);
+    else this.#lifeSize = world_t_room.clone();
   }
 
   #near(hand: Hand): Near {
@@ -217,7 +246,7 @@ export class Immersion implements Room {
     const base = new Vector3().setFromMatrixPosition(this.view.solids.places.get(chosen.peek()) ?? new Matrix4());
     const world_t_room = resized(this.#rig.matrix, meters, base.clone().applyMatrix4(this.#rig.matrix.clone().invert()), base);
     // In life size both floors are one.
-    if (meters === 1) world_t_room.elements[14] = 0;
+    if (meters === 1) world_t_room.elements[14] = this.#floor;
     this.#lay(world_t_room);
   }
 
@@ -241,7 +270,7 @@ export class Immersion implements Room {
     const leaned = Math.abs(turner[0]) > TURN_STICK && !proposal.way.peek() ? Math.sign(turner[0]) : 0;
     const turn = this.#leaned ? 0 : -leaned * TURN;
     this.#leaned = leaned;
-    const [right, ahead] = walker.map((value) => (Math.abs(value) > DEAD_STICK ? value * WALK_SPEED * seconds * scale.peek() : 0));
+    const [right, ahead] = walker.map((value) => (Math.abs(value) > DEAD_STICK ? value * settings.peek().speed * seconds * scale.peek() : 0));
     if (turn || right || ahead) this.#rig.matrix.copy(walked(this.#rig.matrix, room_t_head, turn, right, ahead));
   }
 
@@ -260,7 +289,9 @@ export class Immersion implements Room {
   /** Lays the room into the world as it was touched. */
   async #touch(tip: Vector3): Promise<void> {
     const world_t_room = await registration.touch(tip);
-    if (world_t_room) this.#lay(world_t_room);
+    if (!world_t_room) return;
+    this.#lay(world_t_room);
+    if (this.mode === "immersive-ar") this.#anchor.keep(world_t_room, tip);
   }
 
   #unhold(): void {
