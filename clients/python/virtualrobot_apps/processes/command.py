@@ -21,6 +21,7 @@ Examples:
   virtualrobot process new arc_weld weld.yaml
   virtualrobot process plan weld.yaml
   virtualrobot process plan weld.yaml --output weld-program.yaml
+  virtualrobot process plan weld.yaml --report weld.html
   virtualrobot process run weld.yaml
 """
 EXAMPLES = Path(__file__).parent / "examples"
@@ -61,18 +62,31 @@ def new(name: str, file: Path) -> None:
     metavar="PROGRAM",
     help="Write the program there, which `virtualrobot run` takes.",
 )
+@click.option(
+    "--report",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="REPORT",
+    help="Write a page about the cell there, .html or .pdf: cycle, reach, clearances, devices, measures.",
+)
 @target_options
-def plan(target: Target, file: Path, output: Path | None) -> int:
+def plan(target: Target, file: Path, output: Path | None, report: Path | None) -> int:
     """Tell what a process comes to, and whether it keeps all limits and touches nothing, with exit code 0 or 1."""
     from virtualrobot.cli.plan import verdict
 
-    if output is not None and not output.parent.is_dir():
-        raise click.UsageError(f"there is no folder {output.parent}")
+    for written in (output, report):
+        if written is not None and not written.parent.is_dir():
+            raise click.UsageError(f"there is no folder {written.parent}")
+    if report is not None and report.suffix.lower() not in (".html", ".pdf"):
+        raise click.UsageError(f"a report is .html or .pdf, not {report.name}")
     with target.connect() as client:
         made = planned(client, file)
         found = made.program.check()
         if output is not None:
             output.write_text(made.program.text + "\n", "utf-8")
+        if report is not None:
+            from virtualrobot_apps.processes.cell_report import cell_report, write_report
+
+            write_report(cell_report(client, file.stem, made, found), report)
         if found.first_violation is not None:
             click.echo(f"step {found.first_violation.step_path}: ", nl=False)
         return verdict(str(file), found, False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import islice
@@ -11,6 +10,7 @@ from itertools import islice
 import numpy as np
 import pyarrow
 
+from virtualrobot_apps.page import html_table, page_head
 from virtualrobot_apps.studies import report_charts, summary
 from virtualrobot_apps.studies.parameters import SENSITIVITY, Floats
 from virtualrobot_apps.studies.parts import Counts, Parts
@@ -26,17 +26,6 @@ _MOST_FRONT = 100
 _MOST_OPEN = 12
 """Rows of a table of points that is shown at once; a longer one opens when it is clicked."""
 _WIDTH, _HEIGHT, _BARS = 520, 160, 40
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 78em; margin: 2em auto; padding: 0 1em; color: #222 }
-div { overflow-x: auto } table { border-collapse: collapse; margin: 1em 0 }
-th, td { padding: .2em .6em; border-bottom: 1px solid #ddd; white-space: nowrap; text-align: left }
-td.number { text-align: right; font-variant-numeric: tabular-nums } th { vertical-align: bottom }
-.about td { text-align: left }
-h2 { margin-top: 2em; border-top: 2px solid #4477aa } summary { cursor: pointer; color: #4477aa }
-pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa }
-figure { display: inline-block; margin: 1em 1em 1em 0; vertical-align: top } text { font-size: 12px }
-"""
-_NUMBER = re.compile(r"[-+.\de ]+( to [-+.\de]+)?")
 _FIGURES = (
     "cells",
     "mean",
@@ -60,11 +49,9 @@ def report(study: Study, parts: Parts) -> str:
 
 
 def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> Iterator[str]:
-    name = html.escape(study.file.stem)
-    yield f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
-    yield f"<h1>{name}</h1>"
+    yield page_head(study.file.stem)
     cells = study.cells
-    about = _table(
+    about = html_table(
         ("", ""),
         [
             ("function", study.function),
@@ -88,14 +75,14 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
         goal = study.search.goals[0]
         order = [(goal.result, "ascending" if goal.sign > 0 else "descending")]
         best = table.sort_by(order).slice(0, _BEST).to_pylist()
-        yield _table(told, [tuple(_value(row[name]) for name in told) for row in best if row["status"] == OK])
+        yield html_table(told, [tuple(_value(row[name]) for name in told) for row in best if row["status"] == OK])
     yield from _goals(study, table)
     has_draws = bool(cells.fixed) and 1 < cells.per_point < cells.count
     points = list(islice(summary.by_point(study, table), _MOST_POINTS)) if has_draws else []
     wide = [one.name for one in cells.fixed if one not in cells.constant]
     for result, of_all in figures.items():
         yield f"<h2>{html.escape(result)}</h2>"
-        yield _table(("", *_FIGURES), [("all cells", *_told(of_all))])
+        yield html_table(("", *_FIGURES), [("all cells", *_told(of_all))])
         for head, chart in report_charts.maps(study, table, result, found[result]):
             yield f"<figure><figcaption>{html.escape(head)}</figcaption>{chart}</figure>"
         values = found[result]
@@ -108,7 +95,7 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
     for result in (name for name, kind in study.results if kind == TEXT):
         counted = Counter(one for one in table.column(result).to_pylist() if one is not None)
         yield f"<h2>{html.escape(result)}</h2>"
-        yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
+        yield html_table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
     if not has_draws and study.search is None:
         yield "<h2>Cells</h2>"
         rows = [tuple(_value(row[name]) for name in told) for row in table.slice(0, _MOST_POINTS).to_pylist()]
@@ -120,9 +107,9 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
 def _points(names: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
     """Yield a table of points, which opens when it is clicked where it is long."""
     if len(rows) > _MOST_OPEN:
-        yield f"<details><summary>{len(rows)} rows</summary>{_table(names, rows)}</details>"
+        yield f"<details><summary>{len(rows)} rows</summary>{html_table(names, rows)}</details>"
     elif rows:
-        yield _table(names, rows)
+        yield html_table(names, rows)
 
 
 def _goals(study: Study, table: pyarrow.Table) -> Iterator[str]:
@@ -130,7 +117,7 @@ def _goals(study: Study, table: pyarrow.Table) -> Iterator[str]:
     if (told := report_charts.goals(study, table)) is not None:
         names, rows, chart = told
         yield f"<h2>Goals</h2><p>{len(rows)} that no other one is better than in all of them:</p>"
-        yield _table(names, rows[:_MOST_FRONT])
+        yield html_table(names, rows[:_MOST_FRONT])
         yield chart
 
 
@@ -144,7 +131,7 @@ def _sensitivities(study: Study, table: pyarrow.Table, values: Floats) -> Iterat
             same = {one.name for one in study.cells.constant}
             head = ", ".join(f"{name} {_value(value)}" for name, value in at.items() if name not in same)
             rows = [(name, f"{one.first_order:.3f}", f"{one.total_order:.3f}") for name, one in shares.items()]
-            yield _table((head or "share of the variance", "alone", "with others"), rows)
+            yield html_table((head or "share of the variance", "alone", "with others"), rows)
 
 
 def _failures(table: pyarrow.Table) -> Iterator[str]:
@@ -183,17 +170,6 @@ def _value(value: object) -> str:
     if isinstance(value, int | float):
         return f"{value:.6g}"
     return "" if value is None else str(value)
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{html.escape(one)}</th>" for one in heads)
-    body = "".join(f"<tr>{''.join(map(_field, row))}</tr>" for row in rows)
-    return f"<div><table><tr>{head}</tr>{body}</table></div>"
-
-
-def _field(text: str) -> str:
-    kind = ' class="number"' if _NUMBER.fullmatch(text) else ""
-    return f"<td{kind}>{html.escape(text)}</td>"
 
 
 def _histogram(values: Floats) -> str:
