@@ -45,10 +45,11 @@ class TextStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MoveStep(TextStep):
-    """Moves that start and end together; with a zone they go over into the moves of the next step."""
+    """Moves that start and end together, in `min_duration` s at least; with a zone they join those of the next step."""
 
     moves: tuple[Move, ...]
     zone: Zone | None = None
+    min_duration: float = 0.0
 
     @property
     def searches(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,9 @@ def plan_step(
     moves = plan_moves(snapshot, step.moves, solver_of, near_of)
     # Moves that start and end together are one plan, their joints one after the other.
     plan = moves[0].plan if len(moves) == 1 else plan_together([one.plan for one in moves])
+    if step.min_duration > plan.duration > 0.0:
+        moves = [_slower(one, step.min_duration) for one in moves]
+        plan = moves[0].plan if len(moves) == 1 else plan_together([one.plan for one in moves])
     laws = {getattr(move, "time_law", TimeLaw.JERK_LIMITED) for move in step.moves}
     law = TimeLaw.TIME_OPTIMAL if laws == {TimeLaw.TIME_OPTIMAL} else TimeLaw.JERK_LIMITED
     return PlannedStep(number, step_name(step, number), step.zone, moves, plan, snapshot, _obstacle(step, moves), law)
@@ -87,6 +90,15 @@ def plan_steps(
     return result
 
 
+def _slower(one: PlannedMove, seconds: float) -> PlannedMove:
+    """Return a move of a step that takes some seconds in place of fewer."""
+    if one.relative_tcp is not None or one.plan.kind == "trajectory":
+        what = "a move that carries others, or is carried" if one.relative_tcp else "a joint trajectory"
+        raise KernelError(f"{what} has a time of its own, and takes no min_duration", robot=one.robot.name)
+    tracks = tuple(replace(track, time_law=track.time_law.stretched(seconds)) for track in one.plan.tracks)
+    return replace(one, plan=replace(one.plan, tracks=tracks))
+
+
 def named_error(error: KernelError, number: int, step: Step) -> KernelError:
     """Return an error that names the step, in words and in its metadata."""
     error.metadata["step"], error.metadata["step_path"] = str(number), step_name(step, number)
@@ -105,6 +117,8 @@ def _obstacle(step: MoveStep, moves: Sequence[PlannedMove]) -> str:
     """Return why a step can be joined with no other; nothing where it can."""
     if why := next((move.not_joined for move in step.moves if move.not_joined), ""):
         return why
+    if step.min_duration:
+        return "it has a duration of its own"
     if any(one.relative_tcp for one in moves):
         return "one robot goes along with another"
     if any(one.plan.tracks[0].quasi for one in moves):

@@ -621,7 +621,7 @@ class Paths(Face):
 
 class Program(Face):
     """Steps that one motion makes one after the other, planned as a whole before anything moves."""
-    def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ..., zone_radius: float | None = ..., zone_extended: float | None = ...) -> Program:
+    def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ..., zone_radius: float | None = ..., zone_extended: float | None = ..., min_duration: float | None = ...) -> Program:
         """Add moves that start and end together."""
     def set(self, signal: str, value: GivenValue = ..., *, lead: float = ...) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
@@ -1145,7 +1145,7 @@ class Way(Face):
     word: object
     turning_radius: object
     begin: object
-    def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ..., zone_radius: float | None = ..., zone_extended: float | None = ...) -> Program:
+    def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ..., zone_radius: float | None = ..., zone_extended: float | None = ..., min_duration: float | None = ...) -> Program:
         """Add moves that start and end together."""
     def set(self, signal: str, value: GivenValue = ..., *, lead: float = ...) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""

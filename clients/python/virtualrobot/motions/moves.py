@@ -88,11 +88,15 @@ class PointToPointOptions(GoalOptions, total=False):
         configuration: the only configuration that will do for a pose, such as `right up noflip`; see
             `InverseSolution.configurations`.
         arm_angle: angle of the elbow about the line from shoulder to wrist (rad), for arms such as the iiwa.
+        velocity: the greatest speed of the tool centre point on the way (m/s); any by default.
+        angular_velocity: how fast the tool turns at most (rad/s); any by default.
     """
 
     configuration: str | None
     arm_angle: float | None
     above: float | None
+    velocity: float | None
+    angular_velocity: float | None
 
 
 class CartesianOptions(GoalOptions, total=False):
@@ -273,11 +277,12 @@ def point_to_point(
     for option in ("configuration", "above"):
         if (given := options.get(option)) and isinstance(goal, str | Mapping):
             raise InvalidArgumentError(f"the {option} {given!r} is for a goal that is a pose or target, not {goal!r}")
+    paced = tcp_rates(options)
     if isinstance(goal, str):
-        return motion_pb2.PointToPoint(posture=goal)
+        return motion_pb2.PointToPoint(posture=goal, **paced)
     if isinstance(goal, Mapping):
-        return motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
-    return motion_pb2.PointToPoint(pose=pose_goal(goal, options))
+        return motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)), **paced)
+    return motion_pb2.PointToPoint(pose=pose_goal(goal, options), **paced)
 
 
 def linear(place: PoseLike | str, until: Until | None, options: LinearOptions) -> motion_pb2.Linear:
@@ -398,11 +403,16 @@ def _tolerances(joints: Sequence[str], given: Tolerances | None, what: str) -> l
     return found
 
 
-def _rates(options: CartesianOptions) -> dict[str, Any]:
+def tcp_rates(options: CartesianOptions | PointToPointOptions) -> dict[str, Any]:
+    """Return the greatest speeds of the tool centre point, as fields of a move."""
     return {
         "max_velocity_meters_per_second": value_or_default(options.get("velocity"), "velocity"),
-        "max_acceleration_meters_per_second_squared": value_or_default(options.get("acceleration"), "acceleration"),
         "max_angular_velocity_radians_per_second": value_or_default(
             options.get("angular_velocity"), "angular_velocity"
         ),
     }
+
+
+def _rates(options: CartesianOptions) -> dict[str, Any]:
+    acceleration = value_or_default(options.get("acceleration"), "acceleration")
+    return {**tcp_rates(options), "max_acceleration_meters_per_second_squared": acceleration}

@@ -56,13 +56,15 @@ class Program:
         zone_percent: float | None = None,
         zone_radius: float | None = None,
         zone_extended: float | None = None,
+        min_duration: float | None = None,
     ) -> Program:
         """Add moves that start and end together.
 
         With `zone`, in meters of the tool centre point's way, or `zone_percent`, of these moves and of the next ones,
         up to 50, the corner is rounded off towards the next moves instead of stopping there; `Motion.notes` tells what
         became of it. With `zone_radius` (m) the way through it is the parabola of a controller's zone, with
-        `zone_extended` (m) that of orientations and external axes.
+        `zone_extended` (m) that of orientations and external axes. What the limits let be faster than `min_duration`
+        (s) takes exactly so long, at full speed factors, and no zone joins it to others.
         """
         if sum(one is not None for one in (zone, zone_percent, zone_radius)) > 1:
             raise InvalidArgumentError(
@@ -73,6 +75,7 @@ class Program:
         given = messages_of(moves)
         step = self._steps.add().move
         step.moves.extend(given)
+        step.min_duration_seconds = value_or_default(min_duration, "min_duration")
         if zone is not None:
             step.blend_distance_meters = zone
         if zone_percent is not None:

@@ -76,7 +76,7 @@ class Mover(Mechanism):
         is taken; of a target that was taught with this robot the one nearest to that in which it was.
         """
         if isinstance(goal, str) and is_target(self._services, self.name, goal):
-            path = motion_pb2.PointToPoint(pose=moves.target_goal(goal, options))
+            path = motion_pb2.PointToPoint(pose=moves.target_goal(goal, options), **moves.tcp_rates(options))
             return self._move(options, PointToPointOptions, point_to_point=path)
         if isinstance(goal, Mapping) or (not isinstance(goal, str) and np.shape(goal) != (4, 4)):
             goal = self._named(goal)

@@ -545,16 +545,18 @@ class PlaceAtStep(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class MoveStep(_message.Message):
-    __slots__ = ("moves", "blend_distance_meters", "blend_percent", "blend_radius")
+    __slots__ = ("moves", "blend_distance_meters", "blend_percent", "blend_radius", "min_duration_seconds")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BLEND_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
     BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
     BLEND_RADIUS_FIELD_NUMBER: _ClassVar[int]
+    MIN_DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     blend_distance_meters: float
     blend_percent: float
     blend_radius: BlendRadius
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ..., blend_radius: _Optional[_Union[BlendRadius, _Mapping]] = ...) -> None: ...
+    min_duration_seconds: float
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ..., blend_radius: _Optional[_Union[BlendRadius, _Mapping]] = ..., min_duration_seconds: _Optional[float] = ...) -> None: ...
 
 class BlendRadius(_message.Message):
     __slots__ = ("radius_meters", "extended_radius_meters")
@@ -677,16 +679,20 @@ class ActuatorGoal(_message.Message):
     def __init__(self, actuator_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class PointToPoint(_message.Message):
-    __slots__ = ("joints", "pose", "posture", "actuators")
+    __slots__ = ("joints", "pose", "posture", "actuators", "max_velocity_meters_per_second", "max_angular_velocity_radians_per_second")
     JOINTS_FIELD_NUMBER: _ClassVar[int]
     POSE_FIELD_NUMBER: _ClassVar[int]
     POSTURE_FIELD_NUMBER: _ClassVar[int]
     ACTUATORS_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ANGULAR_VELOCITY_RADIANS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     joints: JointGoal
     pose: PoseGoal
     posture: str
     actuators: ActuatorGoal
-    def __init__(self, joints: _Optional[_Union[JointGoal, _Mapping]] = ..., pose: _Optional[_Union[PoseGoal, _Mapping]] = ..., posture: _Optional[str] = ..., actuators: _Optional[_Union[ActuatorGoal, _Mapping]] = ...) -> None: ...
+    max_velocity_meters_per_second: float
+    max_angular_velocity_radians_per_second: float
+    def __init__(self, joints: _Optional[_Union[JointGoal, _Mapping]] = ..., pose: _Optional[_Union[PoseGoal, _Mapping]] = ..., posture: _Optional[str] = ..., actuators: _Optional[_Union[ActuatorGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_angular_velocity_radians_per_second: _Optional[float] = ...) -> None: ...
 
 class Linear(_message.Message):
     __slots__ = ("goal", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until", "max_angular_velocity_radians_per_second")

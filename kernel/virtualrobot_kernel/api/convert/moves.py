@@ -98,6 +98,11 @@ def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] 
     raise KernelError(f"{what} has no goal; give joints, pose, posture or actuators", field=what)
 
 
+def _point_to_point(robot: str, message: motion_pb2.PointToPoint, factor: float, what: str) -> PointToPoint:
+    speed, turning = (not_negative(getattr(message, name), f"{what}.{name}") for name in (RATES[0], RATES[2]))
+    return PointToPoint(robot, point_goal(message, what), factor, max_velocity=speed, max_angular_velocity=turning)
+
+
 def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: str) -> Circular:
     check_enum(circular, "orientation")
     kind = circular.WhichOneof("shape")
@@ -224,7 +229,7 @@ SPLINE = Table(Spline, motion_pb2.Spline, goals=PATH_GOAL, without=COMMON, numbe
 TOOL_STATE = Table(ToolStateMove, motion_pb2.ToolStateMove, without=COMMON, check=_check_tool)
 
 KINDS: dict[str, Callable[[str, Any, float, str], Move]] = {
-    "point_to_point": lambda robot, message, factor, what: PointToPoint(robot, point_goal(message, what), factor),
+    "point_to_point": _point_to_point,
     "linear": _rows(LINEAR),
     "circular": _circular,
     "spline": _rows(SPLINE),

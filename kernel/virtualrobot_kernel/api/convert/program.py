@@ -208,7 +208,9 @@ def _move_step(message: motion_pb2.MoveStep, what: str) -> MoveStep:
     if not message.moves:
         raise KernelError(f"{what}.moves is empty: which robot shall move?", field=f"{what}.moves")
     moves = tuple(requested_move(move, f"{what}.moves[{place}]") for place, move in enumerate(message.moves))
-    return MoveStep(moves, _zone(message, what))
+    return MoveStep(
+        moves, _zone(message, what), not_negative(message.min_duration_seconds, f"{what}.min_duration_seconds")
+    )
 
 
 def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:

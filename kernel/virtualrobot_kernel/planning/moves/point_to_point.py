@@ -19,14 +19,18 @@ from virtualrobot_kernel.planning.moving_base import MovingBase
 from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joint_limits, world_t_goal
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
+from virtualrobot_kernel.planning.tool_states import tool_chain, tool_states
 from virtualrobot_kernel.units import MOST_ANGLE, degrees_question
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.change import coordinate_of
 from virtualrobot_kernel.world.crafts import craft_of
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.groups import WHOLE, joints_of
+from virtualrobot_kernel.world.groups import WHOLE, Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, RobotData
+
+TCP_LOOKS = 257
+"""Number of places on a way at which the speed of a tool centre point is looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +42,17 @@ class ActuatorGoal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointToPoint(Move):
-    """Straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions."""
+    """Straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions.
+
+    max_velocity (m/s), max_angular_velocity (rad/s): those of the chosen tool centre point; 0: any.
+    """
 
     goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
     speed_factor: float = 1.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    max_velocity: float = 0.0
+    max_angular_velocity: float = 0.0
 
     @property
     def solved(self) -> bool:
@@ -76,7 +85,7 @@ class PointToPoint(Move):
         """Return its plan; a pose is reached by the posture nearest to the present one, or to that of a target."""
         node = self.node(snapshot)
         if not isinstance(self.goal, PoseGoal):
-            return move_to_joints(snapshot, node, self._positions(snapshot, node), self.speed_factor, self.time_law)
+            return self._to_joints(snapshot, node, self._positions(snapshot, node))
         return self._plan_to(snapshot, self.goal, world_t_goal(snapshot, self.goal), solver_of, near_of)
 
     def _plan_to(
@@ -88,7 +97,14 @@ class PointToPoint(Move):
         arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, *choice, near_of, goal.reference)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         joints = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
-        return move_to_joints(snapshot, node, joints, self.speed_factor, self.time_law)
+        return self._to_joints(snapshot, node, joints)
+
+    def _to_joints(self, snapshot: Snapshot, node: Node, positions: Mapping[str, float]) -> PlannedMove:
+        """Return the plan to joints, as slow as the limits of the tool centre point have it."""
+        factor = self.speed_factor or 1.0
+        if self.max_velocity or self.max_angular_velocity:
+            factor *= tcp_share(snapshot, node, positions, (self.max_velocity, self.max_angular_velocity), self.group)
+        return move_to_joints(snapshot, node, positions, factor, self.time_law)
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return the plan to a pose where base and reference will be when all have arrived."""
@@ -143,6 +159,32 @@ def move_to_joints(
         _check_turns(node, limits, start, goal)
     speed_factor = speed_factor or 1.0
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
+
+
+def tcp_share(
+    snapshot: Snapshot, node: Node, positions: Mapping[str, float], limits: tuple[float, float], group: Group
+) -> float:
+    """Return the share, up to 1, of the joints' speeds with which a tool centre point keeps its own on the way there.
+
+    limits: m/s and rad/s; 0: any. Raises KernelError for a robot without a tool centre point.
+    """
+    places = np.array([coordinate_of(snapshot.structure, node, name).q for name in positions])
+    joints, start = joint_limits(snapshot, node, tuple(positions))
+    if joints.quaternions:
+        raise KernelError(f"{node.name!r} turns freely, and its joint moves take no speed of a tool centre point")
+    way = np.array([*positions.values()]) - start
+    seconds = float(np.max(np.abs(way) / joints.velocity, initial=0.0))
+    if seconds == 0.0:
+        return 1.0
+    chain = tool_chain(snapshot, node, group)
+    q = np.tile(snapshot.state.q, (TCP_LOOKS, 1))
+    rates = np.zeros_like(q)
+    q[:, places] = start + np.linspace(0.0, 1.0, TCP_LOOKS)[:, None] * way
+    rates[:, places] = way / seconds
+    tool = tool_states(chain, q, rates)
+    turning = np.einsum("nij,nj->ni", tool.jacobians[:, 3:], rates[:, chain.arm])
+    fastest = [float(np.linalg.norm(each, axis=1).max()) for each in (tool.velocities, turning)]
+    return min([1.0, *(limit / speed for limit, speed in zip(limits, fastest, strict=True) if limit and speed > 1e-12)])
 
 
 def _check_turns(node: Node, limits: JointLimits, start: NDArray[np.float64], goal: NDArray[np.float64]) -> None:

@@ -78,6 +78,11 @@ def zone_of(zone: Zone) -> dict[str, float]:
     return {"zone": zone} if zone > 0.0 else {}
 
 
+def _moving(move: Move, beside: Sequence[Move], zone: Zone, **timed: float) -> Callable[[Program], Program]:
+    """Return what adds a move, and others beside it, to a program."""
+    return lambda program: program.move(move, *beside, **zone_of(zone), **timed)
+
+
 class SignalTimeout(Exception):
     """A signal did not have its value in time."""
 
@@ -154,14 +159,19 @@ class MotionQueue:
         concurrent: bool = False,
         again: Callable[[], Step] | None = None,
         beside: Sequence[Move] = (),
+        min_duration: float | None = None,
     ) -> None:
         """Append a move; `zone` is that of its corner with the next move, 0: none; others go `beside` it.
+
+        It takes `min_duration` (s) at least, where that is told; what is left of it after a stop takes what it takes.
 
         Raises the error of the planner, and then the robot goes on as if the move had not been given.
         """
         if self._batch is None:
             self._room()
-        self._send([*self._held, Step(lambda program: program.move(move, *beside, **zone_of(zone)), True, again)])
+        timed = {} if min_duration is None else {"min_duration": min_duration}
+        rest = again or (None if min_duration is None else lambda: Step(_moving(move, beside, zone), True))
+        self._send([*self._held, Step(_moving(move, beside, zone, **timed), True, rest)])
         self._held = []
         self._zone, self.concurrent = size_of(zone) > 0.0, concurrent
         self._lead = LEAD_SECONDS + (zone.seconds if isinstance(zone, Corner) else 0.0)
@@ -225,6 +235,11 @@ class MotionQueue:
         self.flush()
         self._send([Step(add)])
         self._zone = self.concurrent = False
+
+    @property
+    def in_zone(self) -> bool:
+        """True where the next move joins the one before it by a zone."""
+        return self._zone
 
     @property
     def rests(self) -> bool:

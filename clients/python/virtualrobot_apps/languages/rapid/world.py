@@ -16,7 +16,7 @@ from virtualrobot.motions.moves import Move
 
 from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.languages.core.joint_speed import full_speed
-from virtualrobot_apps.languages.core.motion import Corner, Step, Zone, zone_of
+from virtualrobot_apps.languages.core.motion import Corner, Step, Zone, size_of, zone_of
 from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc
@@ -29,6 +29,8 @@ ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
 WIDER, LONGEST_LEAD = 1.2, 5.0
 """Factor by which a zone may begin sooner than its radius says; time (s) before which nothing goes on for it."""
+FASTEST = 5.0
+"""Speed (m/s) that is asked for where a move has its time, `vmax` of most robots."""
 TURNING, SLOWEST_TURN = math.radians(500.0), math.radians(1e-3)
 """Angular velocity (rad/s) of v_ori in all speed data of ABB, and the least one that is given to the kernel."""
 SHORTEST_ARC = 1e-3
@@ -72,6 +74,7 @@ class World(Placed):
         """Take a robot as `Placed` does."""
         super().__init__(client, robot, say, external)
         self._turning = TURNING
+        self._timed: float | None = None
         self._levels: list[tuple[np.ndarray | None, Matrix | None, np.ndarray, list[Any]]] = []
 
     @contextmanager
@@ -112,12 +115,21 @@ class World(Placed):
                     "ERR_ROBLIMIT",
                     f"axis {number} can't be at {math.degrees(angle):g} degrees; its limits are {least:g} to {most:g}",
                 )
-        try:
-            factor = self.joint_factor(self.joints_planned(), goal, speed)
-        except _CAN_NOT as error:
-            raise RapidFault("ERR_ROBLIMIT", error.message) from error
-        self.add_joints(goal, factor, corner(zone, speed[0] / 1000.0), self._beside(axes, speed))
+        named, rounding = dict(zip(self.joints, goal.tolist(), strict=True)), corner(zone, speed[0] / 1000.0)
+        if self.seconds is None:
+            turning = math.radians(max(speed[1], SLOWEST_TURN))
+            move = self.robot.ptp(named, velocity=self._speed(speed), angular_velocity=turning)
+        else:
+            self._timed = self._exactly(rounding)
+            factor = 1.0 if self._timed else self.joint_factor(self.joints_planned(), goal, speed)
+            move = self.robot.ptp(named, speed_factor=factor)
+        self._add(move, rounding, beside=self._beside(axes, speed))
         self.went(goal, None, axes)
+
+    def _exactly(self, zone: Zone) -> float | None:
+        """Return the time (s) that the next move takes: where it is told, and no zone joins it to others."""
+        alone = size_of(zone) == 0.0 and not self.queue.in_zone and not isinstance(self.queue, GroupQueue)
+        return self.seconds if alone else None
 
     def add_joints(self, goal: np.ndarray, factor: float, zone: Zone, beside: Sequence[Move] = ()) -> None:
         """Append a joint move to positions (rad), with a share of the joints' speeds and a zone."""
@@ -163,7 +175,8 @@ class World(Placed):
         pose, beside = self.frame(wobj, axes) @ matrix_of(target), self._beside(axes, speed)
         on = self._turned(wobj, axes, beside)
         velocity = self.velocity(pose, speed, None, on.start(self.place_now()))
-        self.add_line(pose, velocity, self._corner(zone, velocity, pose, axes), on, beside)
+        rounding = self._corner(zone, velocity, pose, axes)
+        self.add_line(pose, self._freely(velocity, rounding), rounding, on, beside)
         self.arrived(pose, target)
 
     def move_arc(
@@ -176,7 +189,7 @@ class World(Placed):
         on = self._turned(wobj, axes, beside)
         velocity = self.velocity(pose, speed, point, on.start(self.place_now()))
         rounding = self._corner(zone, velocity, pose, axes)
-        self.add_arc(self.place_now(), point, pose, velocity, rounding, on, beside)
+        self.add_arc(self.place_now(), point, pose, self._freely(velocity, rounding), rounding, on, beside)
         self.arrived(pose, target)
 
     def add_line(
@@ -277,8 +290,10 @@ class World(Placed):
     def _add(
         self, move: Move, zone: Zone, again: Callable[[], Step] | None = None, beside: Sequence[Move] = ()
     ) -> None:
+        timed = {} if self._timed is None else {"min_duration": self._timed}
+        self._timed = None
         try:
-            self.queue.move(move, zone, concurrent=self.concurrent, again=again, beside=beside)
+            self.queue.move(move, zone, concurrent=self.concurrent, again=again, beside=beside, **timed)
         except _CAN_NOT as error:
             raise RapidFault("ERR_ROBLIMIT", error.message) from error
 
@@ -288,6 +303,14 @@ class World(Placed):
         if not wanted > 0.0:
             raise RapidFault("ERR_ARGVALERR", f"the speed {speed[0]:g} mm/s is not above 0")
         return wanted
+
+    def _freely(self, velocity: float, zone: Zone) -> float:
+        """Return the speed (m/s) of a line or an arc: the greatest one where its time says how fast it is."""
+        self._timed = self._exactly(zone)
+        if self._timed is None:
+            return velocity
+        self._turning = TURNING
+        return FASTEST
 
     def velocity(self, pose: Matrix, speed: list[float], via: np.ndarray | None, start: Matrix | None = None) -> float:
         """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori, or as `seconds` says.

@@ -363,13 +363,15 @@ class _Resolver:
         (move,) = step.moves
         if move.time_law == motion_pb2.TIME_LAW_TIME_OPTIMAL:
             self._note(f"step {at}: a controller has a time law of its own, and not one without a jerk limit")
+        if step.min_duration_seconds:
+            self._note(f"step {at}: how long it takes at least is not written yet; its speed is")
         kind = move.WhichOneof("move")
         share = (move.speed_factor or 1.0) * self._share
         zone = self._zone(at, step, poses)
         if kind == "point_to_point":
             to = move.point_to_point
             goal = self._goal(at, to.pose if to.WhichOneof("goal") == "pose" else None, ways[-1], poses[-1])
-            return self._point_to_point(goal, share, ways[0], zone)
+            return self._point_to_point(goal, share, ways[0], zone, to)
         wish: Any = move.linear if kind == "linear" else move.circular
         speed = share * (wish.max_velocity_meters_per_second or VELOCITY)
         acceleration = wish.max_acceleration_meters_per_second_squared or ACCELERATION
@@ -380,8 +382,14 @@ class _Resolver:
             return Line(goal, speed, acceleration, zone)
         return Arc(goal, self._via(at, goal, poses, ways), speed, acceleration, zone)
 
-    def _point_to_point(self, goal: Goal, share: float, start: Floats, zone: Zone | None) -> PointToPoint:
+    def _point_to_point(
+        self, goal: Goal, share: float, start: Floats, zone: Zone | None, wish: motion_pb2.PointToPoint | None = None
+    ) -> PointToPoint:
         full = full_speed(self._robot, self._joints, start, goal.joints, self._velocities)
+        if wish is not None:
+            asked = (wish.max_velocity_meters_per_second, wish.max_angular_velocity_radians_per_second)
+            reached = zip(asked, (full.speed, full.turning), strict=True)
+            share *= min([1.0, *(most / speed for most, speed in reached if most and speed > 1e-9)])
         leading = int(np.argmax(np.abs(goal.joints - start) / self._velocities))
         velocity, acceleration = float(self._velocities[leading]), float(self._accelerations[leading])
         return PointToPoint(goal, share, share * full.speed, share * full.turning, share * velocity, acceleration, zone)
