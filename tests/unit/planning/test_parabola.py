@@ -146,6 +146,39 @@ def test_a_line_and_an_arc_are_joined_by_the_sum_of_both(rng: np.random.Generato
     assert nearest(points, corner[:3, 3]) == pytest.approx(depth, rel=0.01)
 
 
+def test_two_arcs_are_joined_by_the_sum_of_both(rng: np.random.Generator) -> None:
+    snapshot, at = cell(rng)
+    radius, bends = 0.02, (0.08, 0.06)
+    x, y, z = np.eye(3)
+    corner = moved(at, bends[0] * (y - z))
+    middle = corner[:3, 3]
+
+    def on_arc(number: int, along: np.ndarray, length: np.ndarray | float) -> np.ndarray:
+        """Return points on an arc that passes the corner in a direction and bends downwards, by lengths from there."""
+        angle = np.asarray(length)[..., None] / bends[number]
+        return middle + bends[number] * (np.sin(angle) * along + (-1.0) ** number * (1.0 - np.cos(angle)) * z)
+
+    quarters = [bend * np.pi / 2.0 for bend in bends]
+    first = Circular("arm0", Via(on_arc(0, y, -quarters[0] / 2.0)), corner, max_velocity=0.2)
+    goal = moved(at, on_arc(1, x, quarters[1]) - at[:3, 3])
+    second = Circular("arm0", Via(on_arc(1, x, quarters[1] / 2.0)), goal, max_velocity=0.2)
+    points = poses(snapshot, run_of(snapshot, program(first, second, zone=Zone(meters=radius, parabola=True))))
+    points = points[:, :3, 3]
+    s = np.linspace(-radius, radius, 401)
+    before, after = -((radius - s) ** 2) / (4.0 * radius), (radius + s) ** 2 / (4.0 * radius)
+    sums = on_arc(0, y, before) + on_arc(1, x, after) - middle
+    wanted = np.concatenate(
+        [
+            on_arc(0, y, np.linspace(-quarters[0], -radius, 400)[:-1]),
+            sums,
+            on_arc(1, x, np.linspace(radius, quarters[1], 400)[1:]),
+        ]
+    )
+    depth = nearest(wanted, middle)
+    assert off_from(points, wanted).max() < 0.02 * depth  # the zone begins on chords of both arcs
+    assert nearest(points, middle) == pytest.approx(depth, rel=0.01)
+
+
 def test_zones_that_meet_are_as_large_as_half_of_the_move(rng: np.random.Generator) -> None:
     snapshot, at = cell(rng)
     ways = [[0.0, 0.1, 0.0], [0.0, 0.0, -0.06], [0.0, -0.1, 0.0]]

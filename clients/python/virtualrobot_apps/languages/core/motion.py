@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from virtualrobot.connection import Client
 from virtualrobot.errors import MotionAbortedError, VirtualRobotError, WrongStateError
@@ -25,6 +25,7 @@ from virtualrobot.motions.program import Program
 from virtualrobot.motions.state import MotionState, Phase, PlanNote, Search
 
 from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.core.zones import Corner, Zone, size_of, zone_of
 
 SignalValue: TypeAlias = bool | int | float | str
 """A value that a signal is given."""
@@ -46,36 +47,6 @@ COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 PLACES = 1000
 """Number of the latest steps whose place in the program is known."""
 ASIDE = "the program puts its path aside"
-
-
-class Corner(NamedTuple):
-    """Zone of a controller, in which the tool centre point goes along a parabola.
-
-    Attributes:
-        radius: of the zone in m.
-        extended: that of orientations and external axes, in m.
-        seconds: how long the robot is in it where it brakes to rest.
-    """
-
-    radius: float
-    extended: float = 0.0
-    seconds: float = 0.0
-
-
-Zone: TypeAlias = float | Corner
-"""A zone of the kernel by its distance (m), 0 where there is none, or one of a controller."""
-
-
-def size_of(zone: Zone) -> float:
-    """Return the radius of a zone in m, 0 where there is none."""
-    return zone.radius if isinstance(zone, Corner) else zone
-
-
-def zone_of(zone: Zone) -> dict[str, float]:
-    """Return the options of a program's move for a zone."""
-    if isinstance(zone, Corner):
-        return {"zone_radius": zone.radius, "zone_extended": zone.extended} if zone.radius > 0.0 else {}
-    return {"zone": zone} if zone > 0.0 else {}
 
 
 def _moving(move: Move, beside: Sequence[Move], zone: Zone, **timed: float) -> Callable[[Program], Program]:

@@ -14,8 +14,9 @@ from virtualrobot.motions.moves import Move
 from virtualrobot.motions.program import Program
 from virtualrobot.motions.state import Search
 
-from virtualrobot_apps.languages.core.motion import POLL_SECONDS, MotionQueue, SignalValue, Step, Zone, size_of, zone_of
+from virtualrobot_apps.languages.core.motion import POLL_SECONDS, MotionQueue, SignalValue, Step
 from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.core.zones import Zone, size_of, zone_of
 
 
 class Round:

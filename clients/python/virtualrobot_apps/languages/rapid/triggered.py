@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from virtualrobot.geometry import Matrix, pose_between
 
-from virtualrobot_apps.languages.core.motion import Zone
+from virtualrobot_apps.languages.core.zones import Zone
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.frames import matrix_of

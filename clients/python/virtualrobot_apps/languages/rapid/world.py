@@ -16,9 +16,10 @@ from virtualrobot.motions.moves import Move
 
 from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.languages.core.joint_speed import full_speed
-from virtualrobot_apps.languages.core.motion import Corner, Step, Zone, size_of, zone_of
+from virtualrobot_apps.languages.core.motion import Step
 from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.core.together import GroupQueue
+from virtualrobot_apps.languages.core.zones import Corner, Zone, size_of, zone_of
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.frames import matrix_of
