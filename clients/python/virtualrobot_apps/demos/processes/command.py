@@ -17,6 +17,10 @@ DEMOS = {
     "polish": ("polishing", "Watch an arm polish the top of a lid, by a pad on a spring."),
     "cut": ("trimming", "Watch an arm cut an opening into a hood, by laser."),
     "spot": ("spots", "Watch an arm weld twelve spots along the rim of a hood, in a short order."),
+    "measure": (
+        "probing",
+        "Watch an arm touch ten points of a hood by a probe, which tells how it stands off its model.",
+    ),
     "mill": ("flange", "Watch an arm mill the groove of a seal into a flange, by G-code."),
     "drill": ("flange", "Watch an arm drill eight holes into a flange, each in two pecks."),
 }

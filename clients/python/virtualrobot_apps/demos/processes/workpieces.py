@@ -134,9 +134,16 @@ def electrode() -> Trimesh:
     )
 
 
+def probe() -> Trimesh:
+    """Return a probe, the middle of whose ball of 4 mm is at (0, 0, 0.2)."""
+    ball = trimesh.creation.icosphere(3, 0.002)
+    ball.apply_translation([0, 0, 0.2])
+    return _joined(_rod(0.03, [0, 0, 0], [0, 0, 0.12]), _rod(0.0012, [0, 0, 0.11], [0, 0, 0.2], 16), ball)
+
+
 BODIES: tuple[Callable[[], Trimesh], ...] = (
     *(pipes, flange, hood, lid),
-    *(torch, spindle, gun, dispenser, head, disc, electrode),
+    *(torch, spindle, gun, dispenser, head, disc, electrode, probe),
 )
 """Functions that make the bodies; a file has the name of its function."""
 
