@@ -238,6 +238,12 @@ def test_spots_without_sense_are_refused(options: dict[str, Any], words: str) ->
         ),
         (read_cut, f"cuts: [{LINE}]\nside: left", "give `kerf` in m"),
         (read_cut, f"cuts: [{LINE}]\nkerf: 0.001\nside: up", "'up' is not known"),
+        (read_cut, f"cuts: [{LINE}]\nthickness: 0.001", "as wide as the kerf: give `kerf` in m"),
+        (
+            read_drill,
+            f"holes: [{HOLES}]\ndiameter: 0.01\nlength: 0.015\ndrill: {{heading: [1, 0, 0]}}",
+            "a hole 0.02 m deep needs a drill that is at least as long, not 0.015 m",
+        ),
         (read_dispense, f"ways: [{LINE}]", "the field 'bead' is missing"),
         (read_grind, f"ways: [{LINE}]\nstiffness: 100", "give that, too"),
         (read_grind, f"ways: [{LINE}]\npress: 0.001\ntool: {{standoff: 0.1}}", "leave one of both out"),

@@ -47,6 +47,7 @@ def read_drill(item: Item) -> Drill:
     drill = read_leading(fields, fields["holes"], fields["drill"])
     if drill.heading is None:
         raise fields["drill"].error("a drill goes along itself: give the direction of its x, `heading: [1, 0, 0]`")
+    solid = read_cutter(fields)
     for one in fields["holes"].items():
         given = one.mapping()
         if "spots" not in given:
@@ -59,7 +60,11 @@ def read_drill(item: Item) -> Drill:
             raise given["spots"].error(
                 f"a hole {depth:g} m deep is left by more than that: give a longer `approach` than {drill.approach:g} m"
             )
-    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")), read_cutter(fields))
+        if solid is not None and solid.length < depth:
+            raise given["spots"].error(
+                f"a hole {depth:g} m deep needs a drill that is at least as long, not {solid.length:g} m"
+            )
+    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")), solid)
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
