@@ -168,11 +168,11 @@ def proposed(
         yield person, (1e-3 * np.array(took)).tolist()
 
 
-def press_seconds(browser: Browser, console: Console, client: Client, script: str = "") -> float:
+def press_seconds(browser: Browser, console: Console, client: Client) -> float:
     """Return how long (s) after the trigger the robot's first tick of movement is."""
     robot = Robot(client)
     try:
-        with proposed(browser, console, client, script=script) as (person, _):
+        with proposed(browser, console, client, script=UNDRAWN) as (person, _):
             pressed = person.page.evaluate("() => { atHand().updateButtonValue('trigger', 1); return clock() / 1000; }")
             pumped(person.page, lambda: robot.moves)
             return robot.moves_since - (pressed + time.monotonic() - time.time())
@@ -180,7 +180,7 @@ def press_seconds(browser: Browser, console: Console, client: Client, script: st
         robot.end()
 
 
-def lags(browser: Browser, console: Console, client: Client, script: str = "") -> list[float]:
+def lags(browser: Browser, console: Console, client: Client) -> list[float]:
     """Return how much later (s) than a hand that leads it the tool is at each place, once it goes as fast."""
     offset = time.monotonic() - time.time()
     seen: list[tuple[float, list[float]]] = []
@@ -191,7 +191,7 @@ def lags(browser: Browser, console: Console, client: Client, script: str = "") -
                 at = one.robots[0].world_t_tcp.position
                 seen.append((one.stamp.wall_time.ToNanoseconds() * 1e-9 + offset, [at.x, at.y, at.z]))
 
-    with entered(browser, console, client, script) as person:
+    with entered(browser, console, client, UNDRAWN) as person:
         tool = client.robots["iiwa"].tcp[:3, 3]
         person.press("lead")
         person.reach(tool)
@@ -241,16 +241,16 @@ def run() -> list[Row]:
     ):
         client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
         client.speed_factor = SLOWLY
-        solved, presses, behind = {}, {}, {}
-        for script in ("", UNDRAWN):
+        solved = {}
+        for script, _ in BOTH:
             with browsers() as browser, proposed(browser, console, client, DRAG_SECONDS, script) as (_, seconds):
                 solved[script] = seconds
-            with browsers() as browser:
-                presses[script] = [press_seconds(browser, console, client, script) for _ in range(ROUNDS)]
-            client.speed_factor = 1.0
-            with browsers() as browser:
-                behind[script] = lags(browser, console, client, script)
-            client.speed_factor = SLOWLY
+        with browsers() as browser:
+            presses = [press_seconds(browser, console, client) for _ in range(ROUNDS)]
+        client.speed_factor = 1.0
+        with browsers() as browser:
+            behind = lags(browser, console, client)
+        client.speed_factor = SLOWLY
         hangs = []
         for _ in range(ROUNDS):
             with browsers() as browser:
@@ -271,21 +271,15 @@ def run() -> list[Row]:
             )
             for script, told in BOTH
         ),
-        *(
-            row(
-                f"the trigger in a headset: to the tick of the first movement{told}",
-                *(1e3 * np.quantile(presses[script], 0.95), 1e3 * PRESS, promised, "ms", 1.0),
-                note=f"p95 of {ROUNDS}; median {1e3 * np.median(presses[script]):.0f} ms",
-            )
-            for script, told in BOTH
+        row(
+            "the trigger in a headset: to the tick of the first movement, nothing drawn",
+            *(1e3 * np.quantile(presses, 0.95), 1e3 * PRESS, promised, "ms", 1.0),
+            note=f"p95 of {ROUNDS}; median {1e3 * np.median(presses):.0f} ms",
         ),
-        *(
-            row(
-                f"a hand leads the tool at {1e3 * SPEED:.0f} mm/s: by how much it comes later{told}",
-                *(1e3 * np.quantile(behind[script], 0.95), 1e3 * LAG, promised, "ms", 1.0),
-                note=f"p95 of {len(behind[script])}; median {1e3 * np.median(behind[script]):.0f} ms",
-            )
-            for script, told in BOTH
+        row(
+            f"a hand leads the tool at {1e3 * SPEED:.0f} mm/s: by how much it comes later, nothing drawn",
+            *(1e3 * np.quantile(behind, 0.95), 1e3 * LAG, promised, "ms", 1.0),
+            note=f"p95 of {len(behind)}; median {1e3 * np.median(behind):.0f} ms",
         ),
         row(
             "a headset's page that holds a motion hangs: last beat to standstill, nothing drawn",

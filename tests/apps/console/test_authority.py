@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import ssl
 import stat
@@ -43,6 +44,14 @@ def test_devices_that_trust_it_take_the_machine_by_its_addresses_and_names(tmp_p
     with pytest.raises(ssl.SSLCertVerificationError):
         shake_hands(own.file, other.authority, "localhost")
     assert own.address == "cell.local"
+
+
+@pytest.mark.parametrize("version", [4, 6])
+def test_the_link_names_an_address_by_which_the_machine_is_reached(version: int, tmp_path: Path) -> None:
+    """A console listens by one version of IP: a link by the other one would be refused."""
+    addresses = [ipaddress.ip_address(one) for one in local_addresses()]
+    outside = [str(one) for one in addresses if one.version == version and not one.is_loopback]
+    assert own_certificate((), tmp_path / "own", version).address == [*outside, "localhost"][0]
 
 
 def test_it_is_made_once_and_its_keys_are_its_users_alone(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ class Own:
     Attributes:
         file: a certificate for this machine with its key, PEM.
         authority: the authority's certificate, PEM, which devices trust.
-        address: what the link names: the machine's address on the network, or its first other name.
+        address: what the link names: the first other name, or the machine's address on the network.
     """
 
     file: Path
@@ -60,12 +60,13 @@ class Own:
     address: str
 
 
-def own_certificate(names: Sequence[str] = (), folder: Path | None = None) -> Own:
+def own_certificate(names: Sequence[str] = (), folder: Path | None = None, version: int | None = None) -> Own:
     """Return a new certificate of this machine, by an authority that is made when there is none.
 
     Args:
         names: names that browsers call the machine by, besides its addresses and its own.
         folder: where the authority is kept; None: the user's folder for state.
+        version: of IP, 4 or 6, by which the machine can be reached; None: by both.
 
     Raises:
         InvalidArgumentError: for a name of the Internet, a folder that can't be written, and when the authority's files
@@ -80,13 +81,13 @@ def own_certificate(names: Sequence[str] = (), folder: Path | None = None) -> Ow
                 "--tls-key"
             )
     try:
-        return _issued(names, folder)
+        return _issued(names, folder, version)
     except OSError as error:
         said = f"the installation's own authority can't be kept in {folder}: {error.strerror or error}"
         raise InvalidArgumentError(said) from None
 
 
-def _issued(names: Sequence[str], folder: Path) -> Own:
+def _issued(names: Sequence[str], folder: Path, version: int | None) -> Own:
     authority, key = _authority(folder)
     addresses = local_addresses()
     all_names = list(dict.fromkeys((*names, "localhost", f"{socket.gethostname().partition('.')[0]}.local")))
@@ -103,7 +104,8 @@ def _issued(names: Sequence[str], folder: Path) -> Own:
     )
     file = folder / "console.pem"
     _write(file, certificate.public_bytes(serialization.Encoding.PEM) + _pem(server_key))
-    outside = [one for one in addresses if not ipaddress.ip_address(one).is_loopback]
+    known = [ipaddress.ip_address(one) for one in addresses]
+    outside = [str(one) for one in known if not one.is_loopback and one.version == (version or one.version)]
     return Own(file, folder / "authority.pem", next(iter((*names, *outside)), "localhost"))
 
 

@@ -14,7 +14,7 @@ from virtualrobot_apps.console.page_files import AUTHORITY
 
 ALONE = (
     "The console listens to this machine alone: `virtualrobot console --listen 0.0.0.0 --own-certificate` is reached "
-    "by others, by https"
+    "by others, by https; where they know this machine by IPv6 alone, --listen ::"
 )
 MISSING = "a code needs segno: pip install 'virtualrobot[console]'"
 QUIET = 4

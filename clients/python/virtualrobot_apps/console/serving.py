@@ -84,7 +84,8 @@ class Place:
         """
         from virtualrobot_apps.console.authority import own_certificate
 
-        own = own_certificate([*self.names, *([] if self.host in ANYWHERE else [self.host])])
+        names = [*self.names, *([] if self.host in ANYWHERE else [self.host])]
+        own = own_certificate(names, version=6 if ":" in self.host else 4)
         names = self.names or ([own.address] if self.host in ANYWHERE else ())
         return replace(self, names=names, tls_certificate=own.file, tls_key=None, authority=own.authority)
 

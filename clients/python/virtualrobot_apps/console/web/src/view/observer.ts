@@ -28,8 +28,8 @@ export class Observer {
   readonly axes: ViewHelper;
   /** Whether it looks at something already: as the kernel said, or at all that there was. */
   isPlaced = false;
-  /** The field of view that it has again once it is not held any more. */
-  #left?: number;
+  /** The field of view and the place that it has again once it is not held any more. */
+  #left?: { field: number; position: Vector3 };
 
   /** `changed` is called when it looks from elsewhere. */
   constructor(canvas: HTMLCanvasElement, private readonly changed: () => void) {
@@ -85,7 +85,7 @@ export class Observer {
 
   /** Looks from a pose in the world, along its -z, and from nowhere else until it is released. */
   hold(place: Matrix4, fieldDegrees: number): void {
-    this.#left ??= this.camera.fov;
+    this.#left ??= { field: this.camera.fov, position: this.camera.position.clone() };
     this.orbit.enabled = false;
     place.decompose(this.camera.position, this.camera.quaternion, this.camera.scale);
     this.camera.fov = fieldDegrees;
@@ -93,11 +93,16 @@ export class Observer {
     this.changed();
   }
 
-  /** Looks from there as the pointer wants it. */
+  get isHeld(): boolean {
+    return this.#left !== undefined;
+  }
+
+  /** Looks from where it did before, and as the pointer wants it. */
   release(): void {
     if (this.#left === undefined) return;
     this.orbit.enabled = true;
-    this.camera.fov = this.#left;
+    this.camera.fov = this.#left.field;
+    this.camera.position.copy(this.#left.position);
     this.#left = undefined;
     this.camera.updateProjectionMatrix();
     this.#placed();

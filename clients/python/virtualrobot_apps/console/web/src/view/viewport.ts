@@ -1,6 +1,6 @@
 // The 3D view: draws what there is when something has changed, and is the one place that its parts meet at.
 import { effect, signal } from "@preact/signals";
-import { Group, Timer } from "three";
+import { Group, Timer, type Vector3 } from "three";
 import { outlined } from "../kernel/collisions";
 import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
@@ -48,6 +48,8 @@ export class Viewport {
   #timer = new Timer();
   #follower = new Follower();
   #redrawAids: () => void;
+  /** From where it looks by itself, as long as figures are yet to come. */
+  #framedFrom?: Vector3;
   #dirty = true;
   #frames = 0;
   #rested = 0;
@@ -126,7 +128,7 @@ export class Viewport {
       this.ghost.renew(this.solids.pieces, this.solids.places);
       this.room?.rebuild();
       this.#redrawAids();
-      if (!this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
+      if (this.solids.pieces.size > 0) this.#frameFirst();
     }
     this.#follower.advance(this.observer, this.solids.places);
     this.observer.advance(this.#timer.getDelta());
@@ -144,6 +146,14 @@ export class Viewport {
     // Drawings take all of the page's time where there is no graphics card; what the kernel tells waits no longer than one.
     setTimeout(() => (this.#rested = 2 * performance.now() - now));
     this.#rested = Infinity;
+  }
+
+  /** Looks at all of the world until its figures have all come, as long as nobody looks from elsewhere. */
+  #frameFirst(): void {
+    const { camera, isHeld, isPlaced } = this.observer;
+    if (isHeld || (isPlaced && !this.#framedFrom?.equals(camera.position))) return;
+    this.frame();
+    this.#framedFrom = this.solids.isComplete ? undefined : camera.position.clone();
   }
 
   /** Tells whoever looks at the page whether the picture isn't what is known yet. */
