@@ -64,6 +64,15 @@ export function watch(): void {
     },
   );
   void follow(
+    () => service.records.watchRecords({ kinds: ["task"] }),
+    (said, first) => {
+      const next = new Map(first ? [] : world.tasks.value);
+      for (const one of said.records) next.set(one.id, one);
+      for (const id of said.removedIds) next.delete(id);
+      world.tasks.value = next;
+    },
+  );
+  void follow(
     () => service.drivers.watchDrivers({ maxRateHertz: 10 }),
     (said) => {
       world.drivers.value = said.drivers;

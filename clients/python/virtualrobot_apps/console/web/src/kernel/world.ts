@@ -7,6 +7,7 @@ import type { Lease } from "../generated/virtualrobot/v1/lease_pb";
 import type { Motion } from "../generated/virtualrobot/v1/motion_pb";
 import type { Node } from "../generated/virtualrobot/v1/nodes_pb";
 import type { Proposal } from "../generated/virtualrobot/v1/proposal_pb";
+import type { Record as Told } from "../generated/virtualrobot/v1/record_pb";
 import type { GetRobotResponse, RobotState } from "../generated/virtualrobot/v1/robot_pb";
 import type { Signal } from "../generated/virtualrobot/v1/signal_pb";
 import type { Step } from "../generated/virtualrobot/v1/history_pb";
@@ -62,6 +63,8 @@ export const touching = signal<readonly ReportedCollision[]>([]);
 export const leases = signal<readonly Lease[]>([]);
 /** Motions that somebody has proposed, by their names, oldest first. */
 export const proposals = signal<ReadonlyMap<string, Proposal>>(new Map());
+/** Programs of robots' languages, by their records' names, oldest first. */
+export const tasks = signal<ReadonlyMap<string, Told>>(new Map());
 export const drivers = signal<readonly DriverStatus[]>([]);
 export const cell = signal<CellStatus | undefined>(undefined);
 

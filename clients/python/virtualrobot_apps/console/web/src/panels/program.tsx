@@ -10,6 +10,7 @@ import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
 import { NodeField } from "../parts/node_field";
 import { NumberField } from "../parts/number_field";
+import { Tasks } from "./tasks";
 
 const DWELL_SECONDS = 1;
 const TIMEOUT_SECONDS = 60;
@@ -18,6 +19,7 @@ export function Program() {
   const steps = program.lines.value;
   return (
     <>
+      <Tasks />
       <div class="list program" role="list" aria-label="Steps">
         {steps.length === 0 && <p class="hint">Bring the robot somewhere and teach a step, record what it does, or drop a program file here.</p>}
         {steps.map((line, place) => <Row key={line.number} {...line} place={place} />)}
@@ -105,7 +107,7 @@ function MoveWords({ number, move: { robot, speedFactor, move } }: { number: num
   const turn = () => edit((one) => {
     if (!goal) return;
     one.move = isLine
-      ? { case: "pointToPoint", value: { $typeName: "virtualrobot.v1.PointToPoint", goal: { case: "pose", value: goal } } }
+      ? { case: "pointToPoint", value: { $typeName: "virtualrobot.v1.PointToPoint", goal: { case: "pose", value: goal }, maxVelocityMetersPerSecond: 0, maxAngularVelocityRadiansPerSecond: 0 } }
       : { case: "linear", value: { $typeName: "virtualrobot.v1.Linear", goal, maxVelocityMetersPerSecond: 0, maxAccelerationMetersPerSecondSquared: 0, maxAngularVelocityRadiansPerSecond: 0 } };
   });
   return (
