@@ -107,13 +107,15 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, Floats]], jet: Jet
     centres, normals, areas = mesh.triangles_center, mesh.face_normals, mesh.area_faces
     tree, thickness, volume = KDTree(centres), np.zeros(len(areas)), 0.0
     slope = 0.5 * jet.width / jet.standoff
-    # What is farther than twice the standoff gets a quarter at most; it counts up to there.
-    farthest = 2.0 * jet.standoff * np.hypot(1.0, slope)
+    # What is deeper than twice the standoff gets a quarter at most; it counts up to there, in a ball about that cone.
+    deepest = 2.0 * jet.standoff
+    middle = min(0.5 * deepest * (1.0 + slope**2), deepest)
+    ball = max(middle, np.hypot(deepest - middle, slope * deepest))
     for frames, times in passes:
         places, seconds = _places(frames, times, 0.5 * jet.width / SAMPLES)
         for place, time in zip(places, seconds, strict=True):
             volume += jet.flow * time
-            near = np.array(tree.query_ball_point(place[:3, 3], farthest), np.int64)
+            near = np.array(tree.query_ball_point(place[:3, 3] + middle * place[:3, 2], ball), np.int64)
             if not len(near):
                 continue
             rays = centres[near] - place[:3, 3]
@@ -121,7 +123,7 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, Floats]], jet: Jet
             facing = -np.einsum("ij,ij->i", rays, normals[near])
             radius = slope * np.maximum(depth, 1e-9)
             off = np.linalg.norm(rays - depth[:, None] * place[:3, 2], axis=1) / radius
-            hit = (depth > 1e-3 * jet.standoff) & (facing > 0.0) & (off < 1.0)
+            hit = (depth > 1e-3 * jet.standoff) & (depth < deepest) & (facing > 0.0) & (off < 1.0)
             hit[hit] = _is_seen(mesh, place[:3, 3], rays[hit])
             share = 2.0 / (np.pi * radius[hit] ** 2) * (1.0 - off[hit] ** 2)
             # Of a plane across the jet's axis a triangle takes as much more as it faces the ray than that plane does.
