@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from virtualrobot.cli import cli
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.bins import cell, run
+from virtualrobot_apps.seeing.grasping.heights import CELL, Heights
 
 BOXES = 2
 
@@ -34,6 +35,23 @@ def test_a_motor_that_is_too_weak_lifts_nothing(client: virtualrobot.Client) -> 
     """Friction needs m g / mu = 1.6 N of the one motor of both fingers (Coulomb)."""
     result = run.main(client, 1, seed=1, effort=0.7 * cell.MASS * 9.81 / cell.FRICTION)
     assert (result.fallen, result.brought, result.tries) == (1, 0, run.TRIES)
+
+
+def test_what_leaves_fingers_no_room_is_pushed_through_its_middle_from_beside_it() -> None:
+    """From the free place nearest to it; a bin that is empty, or has no free place, is left alone."""
+    rows, columns = np.indices(Heights.of(np.array([[*cell.FROM, 0.0]]), *run.OUTSIDE).heights.shape)
+    places = run.OUTSIDE[0] + (np.stack([columns, rows], axis=-1) + 0.5) * CELL
+    middle = np.array([cell.FROM[0] + 0.03, cell.FROM[1] - 0.02])
+    away = np.abs(places - middle).max(axis=-1)
+    lies = Heights(run.OUTSIDE[0], np.where(away < 0.05, run.BOTTOM + cell.EDGE, run.BOTTOM))
+    way = run.push(lies)
+    assert way is not None
+    first, last = (pose[:2, 3] - middle for pose in way)
+    assert 0.05 < np.abs(first).max() < 0.05 + 2.0 * run.SPREAD
+    assert np.linalg.norm(last - first) == pytest.approx(run.STIRRED, abs=1e-6)
+    assert np.abs(last).max() < 0.03 and way[0][2, 3] > run.BOTTOM
+    assert run.push(Heights(run.OUTSIDE[0], np.full(away.shape, run.BOTTOM))) is None
+    assert run.push(Heights(run.OUTSIDE[0], np.full(away.shape, run.BOTTOM + cell.EDGE))) is None
 
 
 def test_a_box_on_a_heap_above_the_walls_is_in_the_bin_and_one_beside_it_is_not() -> None:

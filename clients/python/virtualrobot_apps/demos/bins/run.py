@@ -16,7 +16,16 @@ from virtualrobot import Client, Motion, VirtualRobotError
 
 from virtualrobot_apps.demos.bins import cell
 from virtualrobot_apps.pace import Pace
-from virtualrobot_apps.seeing.grasping.heights import APART, Floats, FromAbove, Heights, grasps_from_above
+from virtualrobot_apps.seeing.grasping.heights import (
+    APART,
+    CELL,
+    KEPT,
+    SHALLOWEST,
+    Floats,
+    FromAbove,
+    Heights,
+    grasps_from_above,
+)
 
 SPACING, BELT_SPEED = 0.12, 0.4
 """Way (m) from one box on the belt to the next, and speed of the belt (m/s)."""
@@ -26,10 +35,15 @@ SETTLING = 750
 """Ticks after the last box has fallen: those that lie above the rim at first slide down."""
 CLOSED = 0.006
 """Width (m) to which fingers close, and by how much more they are apart where something is between them."""
+STIRS, STIRRED, SPREAD = 3, 0.06, 0.02
+"""Number of times that boxes which leave fingers no room are pushed apart, how far, and the room for fingers (m)."""
 PUSHED = 0.004
 """Distance (m) by which fingers push walls and boxes aside where no other grasp is left."""
 TRIES = 3
 """Number of tries for each box, taken together."""
+INSIDE, OUTSIDE = (np.array(cell.FROM) + np.outer([-half, half], [1.0, 1.0]) for half in cell.HALVES)
+"""Corners of the first bin, within its walls and with them."""
+BOTTOM = cell.TOP + cell.WALL
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +117,9 @@ def bring(client: Client, names: Sequence[str], count: int, keeper: Pace) -> Res
     """Take boxes out of the first bin until the scanner sees none that can be gripped, or tries are over."""
     failed, times = list[Floats](), list[float]()
     begun = client.clock.read().stamp.simulation_time
-    while len(failed) + len(times) < TRIES * count and (found := seen(client)):
+    for _ in range(TRIES * count):
+        if not (found := seen(client)) and not (found := stirred(client, keeper)):
+            break
         # What has failed at a place before comes after all else.
         grasp = min(found, key=lambda one: sum(np.linalg.norm(one.pose[:3, 3] - at) < APART for at in failed))
         held = take(client, grasp, drop_pose(len(times), grasp), keeper)
@@ -117,15 +133,74 @@ def bring(client: Client, names: Sequence[str], count: int, keeper: Pace) -> Res
     return Result(len(names), count, brought, len(failed) + len(times), tuple(times))
 
 
-def seen(client: Client) -> list[FromAbove]:
-    """Return grasps of what the scanner sees in the first bin, the best first."""
+def look(client: Client) -> Heights:
+    """Return the map of heights of the first bin, as the scanner sees it now."""
     reading = client.sensors[cell.SCANNER].read(points=True, frame="world").range
     assert reading.points is not None
-    points = reading.points[reading.valid].astype(np.float64)
-    inside, outside = (np.array(cell.FROM) + np.outer([-half, half], [1.0, 1.0]) for half in cell.HALVES)
-    heights, bottom = Heights.of(points, *outside), cell.TOP + cell.WALL
-    free = grasps_from_above(heights, cell.JAW, bottom, *inside)
-    return free or grasps_from_above(heights, cell.JAW, bottom, *inside, clear=-PUSHED)
+    return Heights.of(reading.points[reading.valid].astype(np.float64), *OUTSIDE)
+
+
+def seen(client: Client) -> list[FromAbove]:
+    """Return grasps of what the scanner sees in the first bin, the best first."""
+    heights = look(client)
+    free = grasps_from_above(heights, cell.JAW, BOTTOM, *INSIDE)
+    return free or grasps_from_above(heights, cell.JAW, BOTTOM, *INSIDE, clear=-PUSHED)
+
+
+def stirred(client: Client, keeper: Pace) -> list[FromAbove]:
+    """Push what leaves fingers no room apart; return grasps of it then, none where the bin is empty."""
+    arm, found = client.robot(cell.ARM), list[FromAbove]()
+    hand = arm.tool()
+
+    def run(motion: Motion) -> None:
+        keeper.keep(client.clock.run(motion).stamp.simulation_time)
+
+    for _ in range(STIRS):
+        way = push(look(client))
+        if found or way is None:
+            break
+        run(hand.move_to_width(CLOSED, wait=False))
+        try:
+            run(arm.move_pose(above(way[0]), wait=False))
+            for pose in (*way, above(way[1])):
+                run(arm.move_linear(pose, wait=False))
+        except VirtualRobotError as error:
+            print(f"pushing at {np.round(way[0][:3, 3], 3)}: {error}", flush=True)
+        run(hand.move_to_width(cell.JAW.opening, wait=False))
+        run(arm.move_pose(above(at(np.array(cell.TO))), wait=False))
+        found = seen(client)
+    return found
+
+
+def push(heights: Heights) -> tuple[Floats, Floats] | None:
+    """Return poses of the tool before and after a push, from the free place that is nearest to what lies there.
+
+    The way leads through the middle of that; None where nothing lies there, or no place is free.
+    """
+    rows, columns = np.indices(heights.heights.shape)
+    places = heights.low + (np.stack([columns, rows], axis=-1) + 0.5) * CELL
+    # Beside walls, cells have echoes of these.
+    beside, inside = (
+        ((places > INSIDE[0] + off) & (places < INSIDE[1] - off)).all(axis=-1) for off in (2.0 * CELL, SPREAD)
+    )
+    taken = places[beside & (heights.heights > BOTTOM + SHALLOWEST)]
+    if not len(taken):
+        return None
+    middle = taken.mean(axis=0)
+    free = places[inside]
+    free = free[[bool(np.hypot(*(taken - place).T).min() > SPREAD) for place in free]]
+    if not len(free):
+        return None
+    start = free[np.hypot(*(free - middle).T).argmin()]
+    end = start + (middle - start) * (STIRRED / max(float(np.hypot(*(middle - start))), CELL))
+    return at(start), at(np.clip(end, INSIDE[0] + SPREAD, INSIDE[1] - SPREAD))
+
+
+def at(place: Floats) -> Floats:
+    """Return the pose of the tool that looks down at a place (2,) of the bin, tips just above its bottom."""
+    pose = virtualrobot.pose(float(place[0]), float(place[1]), BOTTOM + KEPT + cell.JAW.tip)
+    pose[:3, :3] = np.diag([-1.0, 1.0, -1.0])
+    return pose
 
 
 def take(client: Client, grasp: FromAbove, put: Floats, keeper: Pace) -> bool:
