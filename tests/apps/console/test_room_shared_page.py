@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 import virtualrobot
 from PIL import Image
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 from virtualrobot import Client
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot.v1 import robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA
 from tests.api.reading import matrix
-from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened
+from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
 from tests.apps.console.headsets import EMULATOR, IWER, in_room
 from tests.kernels import Stubs
@@ -67,6 +68,37 @@ def test_a_headsets_page_gets_small_meshes_that_look_the_same(
     off = np.abs(pictures[0] - pictures[1]).max(axis=2)
     assert np.ptp(pictures[0][:, 200:300]) > 150.0  # the robot, and its dark rings
     assert (off > 60.0).sum() < 120  # of the 2,500 pixels that it covers
+
+
+RATES = """
+window.rates = {};
+const asked = new Map();
+window.WebSocket = class extends WebSocket {
+  send(data) {
+    const view = new DataView(data.buffer), number = view.getUint32(0), kind = view.getUint8(4);
+    if (kind === 0) asked.set(number, JSON.parse(new TextDecoder().decode(data.subarray(5))).method);
+    if (kind === 1) rates[asked.get(number)] = [...data.subarray(5)];
+    super.send(data);
+  }
+};
+"""
+"""Keeps the last request that the page has sent to each method."""
+
+
+@pytest.mark.parametrize(("headset", "rate"), [(False, 30.0), (True, 60.0)])
+def test_poses_come_to_a_headset_sixty_times_a_second(
+    browser: Browser, console: Console, client: Client, headset: bool, rate: float
+) -> None:
+    client.load_robot(IIWA, name="arm")
+    script = RATES + (IWER.read_text("utf-8") + EMULATOR.split("window.atHand")[0] if headset else "")
+    with opened(browser, console.url + PLAIN, script=script) as page:
+        expect(row(page, "arm")).to_have_count(1)
+        scene, states = (
+            bytes(page.evaluate("(method) => rates[method]", f"/virtualrobot.v1.{method}"))
+            for method in ("SceneService/WatchScene", "RobotService/WatchRobotStates")
+        )
+        assert scene_pb2.WatchSceneRequest.FromString(scene).max_rate_hertz == rate
+        assert robot_pb2.WatchRobotStatesRequest.FromString(states).max_rate_hertz == rate
 
 
 def head_pixels(page: Page) -> int:

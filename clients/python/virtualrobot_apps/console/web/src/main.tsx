@@ -12,6 +12,6 @@ import "./style/finder.css";
 import "./style/handling.css";
 import "./style/menu.css";
 
-watch();
 look();
+void watch();
 render(<App />, document.getElementById("app")!);

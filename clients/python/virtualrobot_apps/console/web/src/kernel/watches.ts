@@ -13,8 +13,11 @@ import { picture } from "./shared_picture";
 import { heads, viewers } from "./viewers";
 import { forPeople, wordsOf } from "./words";
 import * as world from "./world";
+import { isSmall } from "../xr/support";
 
-const RATE_HERTZ = Number(new URLSearchParams(location.search).get("rate") ?? 30);
+const GIVEN_RATE = new URLSearchParams(location.search).get("rate");
+/** How often poses come to a page, and to one that can enter a room, where each picture is near the eyes. */
+const RATE_HERTZ = 30, ROOM_HERTZ = 60;
 const AGAIN_MS = 700;
 const MOTIONS_HERTZ = 4;
 const ENDED: ReadonlySet<MotionPhase> = new Set([MotionPhase.SUCCEEDED, MotionPhase.CANCELLED, MotionPhase.ABORTED]);
@@ -23,10 +26,11 @@ const MOST_STEPS = 60;
 let epoch = 0n;
 
 /** Begins all watches; they go on for ever. */
-export function watch(): void {
-  void follow(() => service.scenes.watchScene({ maxRateHertz: RATE_HERTZ }), takeScene);
+export async function watch(): Promise<void> {
+  const maxRateHertz = Number(GIVEN_RATE ?? ((await isSmall()) ? ROOM_HERTZ : RATE_HERTZ));
+  void follow(() => service.scenes.watchScene({ maxRateHertz }), takeScene);
   void follow(
-    () => service.robots.watchRobotStates({ maxRateHertz: RATE_HERTZ }),
+    () => service.robots.watchRobotStates({ maxRateHertz }),
     (said, first) => {
       const next = new Map(first ? [] : world.states.value);
       for (const state of said.robots) next.set(state.name, state);
