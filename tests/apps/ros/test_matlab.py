@@ -49,7 +49,7 @@ def cell(client: Client) -> Client:
 
 
 @pytest.fixture
-def stepped(client: Client) -> Iterator[Client]:
+def sights(client: Client) -> Iterator[Client]:
     """Return a client of a stepped world with an arm, a scanner and a cloud before a wall, and a camera."""
     client.clock.set_stepped()
     client.load_robot(IIWA, name="arm", pose=virtualrobot.pose(y=3.0))
@@ -80,18 +80,18 @@ def test_the_programs_of_the_page_print_what_it_says(cell: Client, tmp_path: Pat
 
 
 def test_joints_are_those_of_the_kernels_own_client_bit_by_bit(
-    stepped: Client, tmp_path: Path, rng: np.random.Generator
+    sights: Client, tmp_path: Path, rng: np.random.Generator
 ) -> None:
     positions = rng.uniform(-1.0, 1.0, 7)
-    stepped.robot("arm").set_positions(positions)
-    stepped.clock.step(1)
+    sights.robot("arm").set_positions(positions)
+    sights.clock.step(1)
     program = "joints = receive(rossubscriber('/arm/joint_states'), 60); fprintf('%.17g\\n', joints.Position);"
-    with bridge(stepped) as (url, _), repeated(lambda: stepped.clock.step(1), 0.02):
+    with bridge(sights) as (url, _), repeated(lambda: sights.clock.step(1), 0.02):
         said = octave(tmp_path, f"rosinit('{url}')\n{program}")
     assert [float(line) for line in said.splitlines()[1:]] == positions.tolist()
 
 
-def test_scans_clouds_and_pictures_show_the_wall(stepped: Client, tmp_path: Path) -> None:
+def test_scans_clouds_and_pictures_show_the_wall(sights: Client, tmp_path: Path) -> None:
     program = """
 scans = rossubscriber('/scanner/scan'); clouds = rossubscriber('/cloud/points');
 colors = rossubscriber('/eye/image_raw'); depths = rossubscriber('/eye/depth/image_raw');
@@ -104,7 +104,7 @@ told.color = size(readImage(receive(colors, 60)));
 told.depth = readImage(receive(depths, 60));
 fprintf('%s\\n', jsonencode(told));
 """
-    with bridge(stepped) as (url, _), repeated(lambda: stepped.clock.step(5), 0.02):
+    with bridge(sights) as (url, _), repeated(lambda: sights.clock.step(5), 0.02):
         said = octave(tmp_path, f"rosinit('{url}', 'FieldNames', 'ros')\n{program}")
     told = json.loads(said.splitlines()[-1])
     # Planes at right angles to x: the wall's surface is 2 m away.
