@@ -15,6 +15,7 @@ from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps import console
 
 from tools.picture_console import opened_page
+from tools.picture_console_tools import DRAWN
 from tools.screenshot import browsers
 
 IWER = Path(console.__file__).parent / "web" / "node_modules" / "iwer" / "build" / "iwer.min.js"
@@ -48,7 +49,9 @@ def main(folder: Path, quality: str) -> None:
         with opened_page(browser, kernel.address, "dark", quality, SIZE) as page:
             page.get_by_role("tab", name="Proposals").click()
             page.get_by_label("Look at to the press").click()
+            page.locator(DRAWN).wait_for()
             page.get_by_title("Look at everything").click()
+            page.locator(DRAWN).wait_for()
             _save(page, folder / "room-page.png")
             page.add_init_script(IWER.read_text("utf-8") + HEADSET)
             page.reload()
