@@ -92,6 +92,17 @@ def test_display_and_observer_are_as_a_person_has_set_them(
         np.testing.assert_allclose(-seen[:3, 2], eye[:3, 2] * [1.0, 1.0, 0.0], atol=FLOAT32)
 
 
+def test_bars_over_the_view_leave_each_other_room(browser: Browser, console: Console) -> None:
+    with opened(browser, console.url + PLAIN, script=IWER.read_text("utf-8") + EMULATOR) as page:
+        bars = [page.get_by_role("toolbar", name=name) for name in ("Pointer", "View")]
+        expect(bars[1].locator("button")).to_have_count(9)
+        for width in (1400, 1200, 1100, 950, 800, 480):
+            page.set_viewport_size({"width": width, "height": 700})
+            (left, right) = (bar.bounding_box() for bar in bars)
+            assert left is not None and right is not None
+            assert left["x"] + left["width"] <= right["x"], f"at {width} pixels"
+
+
 def test_a_registered_room_is_there_in_the_next_session(
     browser: Browser, console: Console, client: Client, head: Callable[[], np.ndarray]
 ) -> None:
