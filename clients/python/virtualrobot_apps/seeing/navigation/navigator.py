@@ -141,6 +141,8 @@ class Navigator:
 
     def step(self, seen: Observation) -> tuple[float, float]:
         """Return the twist to drive now, v (m/s) and omega (rad/s)."""
+        if self._last is None:
+            self._begin(seen.time)  # the world's clock has gone before
         self._see(seen)
         if self.goal is None or self.end is not None:
             twist = (0.0, 0.0)
