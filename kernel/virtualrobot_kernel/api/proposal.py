@@ -11,7 +11,7 @@ from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_plans import checked_motion
 from virtualrobot_kernel.api.proposals import LARGEST_BYTES, Checked, Proposal, ProposalState
-from virtualrobot_kernel.api.shelf import expected_revision, line_of
+from virtualrobot_kernel.api.shelf import line_of, seen_revision
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.values import stamp
@@ -56,7 +56,7 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.UpdateProposalRequest, context: object
     ) -> proposal_pb2.UpdateProposalResponse:
         """Give a proposal another motion or other words."""
-        seen = self._proposals.find(request.id, expected_revision(request))
+        seen = self._proposals.find(request.id, seen_revision(request))
         self._proposals.check_open(seen)
         title = line_of(request.title, "title") if request.HasField("title") else seen.title
         checked = await self._checked(request.spec if request.HasField("spec") else seen.checked.spec)
@@ -67,7 +67,7 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.UndoProposalRequest, context: object
     ) -> proposal_pb2.UndoProposalResponse:
         """Take back the last change of a proposal's motion."""
-        seen = self._proposals.find(request.id, expected_revision(request))
+        seen = self._proposals.find(request.id, seen_revision(request))
         self._proposals.check_open(seen)
         if not seen.before:
             raise KernelError(
@@ -84,7 +84,7 @@ class ProposalServicer(proposal_pb2_grpc.ProposalServiceServicer):
         self, request: proposal_pb2.RejectProposalRequest, context: object
     ) -> proposal_pb2.RejectProposalResponse:
         """Turn a proposal down."""
-        seen = self._proposals.find(request.id, expected_revision(request))
+        seen = self._proposals.find(request.id, seen_revision(request))
         now = self._proposals.reject(seen, line_of(request.reason, "reason"), person(context))
         return proposal_pb2.RejectProposalResponse(stamp=stamp(self._kernel.world.snapshot), proposal=_message(now))
 

@@ -12,7 +12,7 @@ from virtualrobot.v1 import record_pb2, record_pb2_grpc
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.records import LARGEST_BYTES, Record, Wish
-from virtualrobot_kernel.api.shelf import expected_revision, line_of
+from virtualrobot_kernel.api.shelf import line_of, seen_revision
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import stamp
 
@@ -71,7 +71,7 @@ class RecordServicer(record_pb2_grpc.RecordServiceServicer):
         self, request: record_pb2.UpdateRecordRequest, context: object
     ) -> record_pb2.UpdateRecordResponse:
         """Change what is given of a record."""
-        seen = self._records.find(request.id, expected_revision(request))
+        seen = self._records.find(request.id, seen_revision(request))
         given = {name: getattr(request, name) for name in _FIELDS if request.HasField(name)}
         read = {name: _FIELDS[name](value) for name, value in given.items()}
         now = self._records.update(seen, person(context), **read)
@@ -90,7 +90,7 @@ class RecordServicer(record_pb2_grpc.RecordServiceServicer):
 
     async def FileWish(self, request: record_pb2.FileWishRequest, context: object) -> record_pb2.FileWishResponse:
         """Tell a wish to who holds a record."""
-        seen = self._records.find(request.id, expected_revision(request))
+        seen = self._records.find(request.id, seen_revision(request))
         self._records.file(seen, Wish(request.word, line_of(request.text, "text", LONGEST_WISH), person(context)))
         return record_pb2.FileWishResponse(stamp=stamp(self._kernel.world.snapshot), record=_message(seen))
 
@@ -98,7 +98,7 @@ class RecordServicer(record_pb2_grpc.RecordServiceServicer):
         self, request: record_pb2.ForgetRecordRequest, context: object
     ) -> record_pb2.ForgetRecordResponse:
         """Forget a record."""
-        self._records.forget(self._records.find(request.id, expected_revision(request)))
+        self._records.forget(self._records.find(request.id, seen_revision(request)))
         return record_pb2.ForgetRecordResponse(stamp=stamp(self._kernel.world.snapshot))
 
 

@@ -122,7 +122,7 @@ def changes(told: Iterable[Thing], now: Iterable[Thing]) -> tuple[list[Thing], l
     return [one for one in kept if known.get(one.id) is not one], [id for id in known if id in gone]
 
 
-def expected_revision(request: Any) -> int | None:  # noqa: ANN401 any message with the field
+def seen_revision(request: Any) -> int | None:  # noqa: ANN401 any message with the field
     """Return the revision that a request is meant for; None: any."""
     return request.expected_revision if request.HasField("expected_revision") else None
 

@@ -1,4 +1,4 @@
-"""What goes wrong in a room: a robot that somebody has leased, two hands at one goal, a controller that is not seen."""
+"""Faults in a room: a robot that somebody has leased, two hands at one goal, a controller that is not seen."""
 
 from __future__ import annotations
 

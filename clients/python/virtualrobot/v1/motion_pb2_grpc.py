@@ -209,7 +209,7 @@ class MotionServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def WatchMotionSteps(self, request, context):
-        """What becomes of a motion's steps, each with its tick, none left out, until the motion's end, which is the last message.
+        """Events of a motion's steps, each with its tick, none left out, until the motion's end, which is the last message.
         The first message tells the step that it is at as begun. It keeps no motion alive. A reader for whom more than 10,000
         ticks wait is refused as WRONG_STATE.
         """
