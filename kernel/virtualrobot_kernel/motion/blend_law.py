@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -68,16 +68,15 @@ def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> Pi
     """
     passing = [_passing(whole.path, part, rates) for part in whole.corners]
     laws: list[PiecewisePolynomial] = []
-    before: list[_Move] = []
-    for limits in (_move, _straight_move):
-        moves = [limits(whole.path, part, rates) for part in whole.moves]
-        if laws and all(one.is_like(other) for one, other in zip(before, moves, strict=True)):
+    bent, straight = ([limits(whole.path, part, rates) for part in whole.moves] for limits in (_move, _straight_move))
+    is_same = all(map(_Move.is_like, bent, straight))
+    for moves, finer in ((bent, 1), (straight, _FINER)):
+        if laws and is_same:
             continue
-        before = [replace(move) for move in moves]
         try:
-            laws.append(_law_with(whole, rates, moves, list(passing), entry, 1 if limits is _move else _FINER))
+            laws.append(_law_with(whole, rates, moves, list(passing), entry, finer))
         except KernelError:
-            if limits is _straight_move and not laws:
+            if moves is straight and not laws:
                 raise
     return min(laws, key=lambda law: law.end)
 
