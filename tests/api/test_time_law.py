@@ -67,6 +67,17 @@ def test_what_has_no_law_to_choose_is_refused(stepped: Stubs) -> None:
     told = refusal(lambda: start(stepped, in_law(jog, OPTIMAL)))
     assert "a jog is jerk-limited" in told.message
     start(stepped, in_law(jog, motion_pb2.TIME_LAW_JERK_LIMITED))
+    for move, kind in ((timed, "joint_trajectory"), (jog, "joint_jog")):
+        gentle = motion_pb2.Move()
+        gentle.CopyFrom(move)
+        gentle.jerk_factor = 0.5
+        told = refusal(lambda gentle=gentle: start(stepped, gentle))
+        assert f"jerk_factor is for point_to_point, linear, circular, spline; a {kind} takes none" in told.message
+    gentle = motion_pb2.Move()
+    gentle.CopyFrom(joints("arm", **READY))
+    gentle.acceleration_factor = 1.5
+    told = refusal(lambda: start(stepped, gentle))
+    assert "moves[0].acceleration_factor must be above 0 and at most 1, not 1.5" in told.message
     strange = motion_pb2.Move(robot="arm")
     strange.CopyFrom(joints("arm", **READY))
     strange.time_law = 7  # pyright: ignore[reportAttributeAccessIssue]

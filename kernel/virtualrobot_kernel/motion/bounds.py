@@ -24,7 +24,10 @@ class TimeLaw(Enum):
 
 @dataclass(frozen=True, eq=False)
 class JointBound:
-    """Bound of the joints on the parameters [begin, end] of a path: `share` (k,) in (0, 1] of their velocity limits."""
+    """Bound of the joints on the parameters [begin, end] of a path.
+
+    share: (k,) in (0, 1] of their velocity limits, or (3, k) of those of velocity, acceleration and jerk.
+    """
 
     begin: float
     end: float

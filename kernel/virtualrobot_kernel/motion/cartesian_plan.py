@@ -43,6 +43,7 @@ def plan_lin(
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
     objective: SecondaryObjective | None = None,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> Plan:
     """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
 
@@ -50,8 +51,8 @@ def plan_lin(
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
     cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. A time-optimal
     law keeps the velocities and accelerations, of joints and TCP, and no jerk. `objective`: what the joints are used
-    for that the line leaves free. Errors: see `joint_path`; a singularity on the way to a goal out of reach is
-    UNREACHABLE.
+    for that the line leaves free. `gentle`: shares in (0, 1] of the joints' accelerations and jerks that are used.
+    Errors: see `joint_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
     """
     goal = np.array(base_t_goal, dtype=np.float64)
     return _planned(
@@ -65,6 +66,7 @@ def plan_lin(
         tip_t_tcp,
         time_law,
         objective,
+        gentle,
     )
 
 
@@ -80,6 +82,7 @@ def plan_circ(
     with_arc: bool = False,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
     objective: SecondaryObjective | None = None,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> Plan:
     """Return the circular motion: the TCP moves on an arc through a point or about a centre.
 
@@ -100,6 +103,7 @@ def plan_circ(
         tip_t_tcp,
         time_law,
         objective,
+        gentle,
     )
 
 
@@ -113,6 +117,7 @@ def plan_spline(
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
     objective: SecondaryObjective | None = None,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> Plan:
     """Return the motion along a smooth curve through poses (4, 4) of the TCP, base frame; it ends at the last one.
 
@@ -125,7 +130,7 @@ def plan_spline(
     path = checked_joint_path("spline", tcp, tcp_path, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
-    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), time_law)
+    law = path_law(path, limits.scaled(velocity_scale, *gentle), (), (bound,), time_law)
     # What speeds up or slows down the motion accelerates the TCP as much as the law itself does, and not more.
     _, acceleration, jerk = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[1:, :, 0]).max(axis=1).tolist()
     if time_law is TimeLaw.TIME_OPTIMAL:
@@ -144,6 +149,7 @@ def _planned(
     tip_t_tcp: ArrayLike | None,
     time_law: TimeLaw,
     objective: SecondaryObjective | None,
+    gentle: tuple[float, float],
 ) -> Plan:
     q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp, objective)
     tcp_path = tcp_path_from(tcp.pose(q_start))
@@ -151,7 +157,7 @@ def _planned(
     if not (tcp_path.length or tcp_path.angle):
         return planned(tcp_path.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
     path = checked_joint_path(name, tcp, tcp_path, q_start, limits)
-    return along(tcp_path, path, limits, cartesian_limits, velocity_scale, time_law)
+    return along(tcp_path, path, limits, cartesian_limits, velocity_scale, time_law, gentle)
 
 
 def along(
@@ -161,10 +167,11 @@ def along(
     cartesian_limits: CartesianLimits,
     velocity_scale: float,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> Plan:
     """Return the plan along the joint path of a line, an arc or the like, on [0, 1]; see `plan_lin` for its law."""
     bounds = _bounds(tcp_path, cartesian_limits, velocity_scale)
-    slow = limits.scaled(velocity_scale)
+    slow = limits.scaled(velocity_scale, *gentle)
     if time_law is TimeLaw.TIME_OPTIMAL:
         rate = cartesian_rate(tcp_path, path, cartesian_limits.scaled(velocity_scale))
         law = law_along([*joint_rates(path, slow, ()), rate], time_law)

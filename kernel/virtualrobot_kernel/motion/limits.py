@@ -61,9 +61,14 @@ class JointLimits:
                         value=value,
                     )
 
-    def scaled(self, velocity_scale: float) -> JointLimits:
-        """Return the limits with velocities times `velocity_scale` in (0, 1]; acceleration and jerk stay."""
-        return replace(self, velocity=self.velocity * checked_scale(velocity_scale, "velocity scale"))
+    def scaled(self, velocity: float = 1.0, acceleration: float = 1.0, jerk: float = 1.0) -> JointLimits:
+        """Return the limits with velocities, accelerations and jerks times scales in (0, 1]."""
+        return replace(
+            self,
+            velocity=self.velocity * checked_scale(velocity, "velocity scale"),
+            acceleration=self.acceleration * checked_scale(acceleration, "acceleration scale"),
+            jerk=self.jerk * checked_scale(jerk, "jerk scale"),
+        )
 
     def along(self, way: Array) -> JointLimits:
         """Return the limits on a straight way (k,), on which each component of a vector has its share of the length."""

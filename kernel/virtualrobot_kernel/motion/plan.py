@@ -29,12 +29,14 @@ def plan_ptp(
     limits: JointLimits,
     velocity_scale: float = 1.0,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> Plan:
     """Return the point-to-point motion: the straight line between two joint positions (k,), phase-synchronised.
 
     All joints share one law, the fastest that keeps every joint's velocity (times `velocity_scale` in (0, 1]),
     acceleration and, unless it is time-optimal, jerk. Continuous joints move by the plain difference, and quaternions
-    turn evenly the shorter way. Raises LimitError naming a joint whose start or goal is outside its limits.
+    turn evenly the shorter way. gentle: shares in (0, 1] of acceleration and jerk that are used.
+    Raises LimitError naming a joint whose start or goal is outside its limits.
     """
     q_start = checked_joints(q_start, len(limits.names), "the start of a PTP motion")
     q_goal = checked_joints(q_goal, len(limits.names), "the goal of a PTP motion")
@@ -45,7 +47,7 @@ def plan_ptp(
         path, quasi = turning_line(q_start, q_goal, limits.quaternions)
         q_goal, way = path.evaluate(path.end), quasi.evaluate(quasi.start, 1)
     limits = limits.along(way)
-    slow, travel = limits.scaled(velocity_scale), np.abs(way)
+    slow, travel = limits.scaled(velocity_scale, *gentle), np.abs(way)
     moving = travel > 0.0
     if moving.any():
         bounds = [

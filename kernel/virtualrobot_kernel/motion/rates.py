@@ -66,8 +66,9 @@ def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence
     rows = np.stack([limits.velocity, limits.acceleration, limits.jerk])
     rates = _with_vectors(whole, rows, limits)
     for bound in bounds:
-        if bound.end > bound.begin and np.any(bound.share < 1.0):
-            slow = np.concatenate([rows[:1] * bound.share, rows[1:]])
+        share = np.atleast_2d(bound.share)
+        if bound.end > bound.begin and np.any(share < 1.0):
+            slow = np.concatenate([rows[: len(share)] * share, rows[len(share) :]])
             rates += _with_vectors(_within(whole, bound), slow, limits)
     return rates
 

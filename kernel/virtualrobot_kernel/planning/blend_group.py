@@ -153,11 +153,15 @@ class BlendGroup:
         return PiecewisePolynomial(path.breaks, path.coefficients[:, :, order])
 
     def _shares(self, *steps: PlannedStep) -> Floats:
-        """Return for each column the speed factor of the moves that move it, the larger one; 1 where none does."""
-        shares = np.zeros((len(steps), len(self.columns)))
-        for row, step in zip(shares, steps, strict=True):
+        """Return shares (3, n) of velocity, acceleration and jerk for the columns; 1 where no move moves one.
+
+        Of several moves of a column the larger ones count.
+        """
+        shares = np.zeros((len(steps), 3, len(self.columns)))
+        for rows, step in zip(shares, steps, strict=True):
             for one in step.moves:
-                row[[self.places[one.robot.name, name] for name in one.joint_names]] = one.speed_factor
+                own = [self.places[one.robot.name, name] for name in one.joint_names]
+                rows[:, own] = np.array([[one.speed_factor], [one.gentle[0]], [one.gentle[1]]])
         shares = shares.max(axis=0)
         return np.where(shares > 0.0, shares, 1.0)
 
@@ -172,7 +176,7 @@ class BlendGroup:
         """Return velocity, acceleration and jerk (3, n) that the joints keep in the corner between two steps."""
         limits = self.limits
         jerk = np.full(len(self.columns), np.inf) if pair[0].law is TimeLaw.TIME_OPTIMAL else limits.jerk
-        found = np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
+        found = np.stack([limits.velocity, limits.acceleration, jerk]) * self._shares(*pair)
         for vector in map(list, limits.vectors):
             found[:, vector] /= np.sqrt(len(vector))  # whatever its direction, it keeps the limit of its length
         return found

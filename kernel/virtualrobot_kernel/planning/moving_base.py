@@ -155,6 +155,7 @@ def plan_on_moving_base(
     limits: CartesianLimits,
     speed_factor: float,
     solver_of: SolverOf,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> PlannedMove:
     """Return the move of an arm along a Cartesian path in a frame that moves relative to its base.
 
@@ -174,4 +175,4 @@ def plan_on_moving_base(
     plan = planned(tcp_path.kind, path, jerk_limited_profile(1.0, 1.0, 1.0, 1.0), joints)
     within = reference if moving else WORLD_UID
     relative = RelativeTcp(snapshot, within, arm.tip, tcp.tip_t_tcp, limits.scaled(speed_factor))
-    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, relative_tcp=relative)
+    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, gentle=gentle, relative_tcp=relative)

@@ -52,9 +52,10 @@ class PoseGoal:
 class PlannedMove:
     """Plan of one move, with one track, and the joints of the robot that are its columns.
 
-    What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
-    tool centre point where it is led along a Cartesian path. Or `relative_tcp`, where others of the step carry it:
-    then the path's fraction is that of all of the step's moves, and the plan's own law counts for nothing.
+    What its law keeps besides the joints' own limits: `speed_factor` of their velocities, `gentle` shares of their
+    accelerations and jerks, and `tcp`, the limits of the tool centre point where it is led along a Cartesian path. Or
+    `relative_tcp`, where others of the step carry it: then the path's fraction is that of all of the step's moves, and
+    the plan's own law counts for nothing.
     tool_states: (tool, state) that are true once it has succeeded. notes: what is other than asked, as of step 0.
     group: whose tool centre point counts for zones.
     """
@@ -64,6 +65,7 @@ class PlannedMove:
     plan: Plan
     tool_states: tuple[tuple[str, str], ...] = ()
     speed_factor: float = 1.0
+    gentle: tuple[float, float] = (1.0, 1.0)
     tcp: TcpBound | None = None
     relative_tcp: RelativeTcp | None = None
     notes: tuple[Note, ...] = ()
@@ -71,18 +73,29 @@ class PlannedMove:
 
 
 def led_move(
-    node: Node, arm: Arm, plan: Plan, tcp: TcpKinematics, cartesian: CartesianLimits, speed_factor: float
+    node: Node,
+    arm: Arm,
+    plan: Plan,
+    tcp: TcpKinematics,
+    cartesian: CartesianLimits,
+    speed_factor: float,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> PlannedMove:
     """Return the move of an arm whose TCP is led along a Cartesian path and keeps Cartesian limits."""
     path = plan.tracks[0].path
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, cartesian.scaled(speed_factor))
-    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)
+    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, gentle=gentle, tcp=bound)
 
 
 def cartesian_limits(
-    max_velocity: float, max_acceleration: float, max_angular_velocity: float = 0.0
+    max_velocity: float,
+    max_acceleration: float,
+    max_angular_velocity: float = 0.0,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> CartesianLimits:
     """Return the limits of a TCP that is led, in m/s, m/s^2 and rad/s; 0 stands for the defaults.
+
+    gentle: the shares of acceleration and jerk that are used, of turning too.
 
     Raises LimitError for a speed that nobody means.
     """
@@ -96,9 +109,11 @@ def cartesian_limits(
     acceleration = max_acceleration or LINE_ACCELERATION
     return CartesianLimits(
         velocity=max_velocity or LINE_VELOCITY,
-        acceleration=acceleration,
-        jerk=JERK_RATIO * acceleration,
+        acceleration=gentle[0] * acceleration,
+        jerk=gentle[1] * JERK_RATIO * acceleration,
         rotation_velocity=max_angular_velocity or CartesianLimits.rotation_velocity,
+        rotation_acceleration=gentle[0] * CartesianLimits.rotation_acceleration,
+        rotation_jerk=gentle[1] * CartesianLimits.rotation_jerk,
     )
 
 

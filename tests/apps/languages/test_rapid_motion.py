@@ -514,6 +514,29 @@ def test_an_error_in_a_trap_ends_the_program_at_its_line(client: virtualrobot.Cl
         Run(client, "ITimer 1, soon;", "VAR intnum soon;")()
 
 
+@pytest.mark.parametrize(("acceleration", "jerk"), [(50, 100), (100, 25), (3, 3)], ids=["soft", "smooth", "least"])
+def test_acc_set_counts_for_joint_moves_too(
+    client: virtualrobot.Client, arm: virtualrobot.Robot, acceleration: float, jerk: float
+) -> None:
+    """One axis turns by a degree, too little for its speed: by half its jerk-limited law of four pieces, or of six."""
+    limits = arm.limits["joint_1"]
+    program = loaded(
+        "MODULE T\nPROC main()\n"
+        f"AccSet {acceleration}, {jerk};\n"
+        "MoveAbsJ [[1, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]], v5000, fine, tool0;\n"
+        "ENDPROC\nENDMODULE",
+        client.signals,
+    )
+    arm.set_positions({"joint_5": math.radians(30)})
+    plan = recorded(client, "arm", program).plan()
+    a, j = max(acceleration, 20) / 100 * limits.acceleration, max(jerk, 10) / 100 * limits.jerk
+    way = math.radians(1)
+    # With the acceleration reached the way is a t1 (t1 + a / j), with t1 the time to the greatest speed less a / j.
+    short = 4.0 * (way / (2.0 * j)) ** (1 / 3)
+    seconds = short if short <= 4.0 * a / j else a / j + math.sqrt((a / j) ** 2 + 4.0 * way / a)
+    assert plan.duration == pytest.approx(seconds, rel=1e-3)
+
+
 def test_accelerations_and_singular_places_are_done_as_far_as_they_can_be_and_told(
     client: virtualrobot.Client, arm: virtualrobot.Robot
 ) -> None:
@@ -536,10 +559,10 @@ def test_accelerations_and_singular_places_are_done_as_far_as_they_can_be_and_to
     )
     way = traced(client, run)
     assert run.printed == ["armvirtualrobot"]
-    assert [note.partition(": ")[2].partition(" ")[0] for note in run.notes] == ["AccSet", "a"]
+    assert [note.partition(": ")[2].partition(" ")[0] for note in run.notes] == ["a"]
     places = in_table(way)
     speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
     on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
     assert speeds[on_line].max() == pytest.approx(0.1, rel=1e-3), "half of v200, by VelSet"
     changes = np.diff(speeds[on_line]) / np.diff(way[:-1, 0][on_line])
-    assert np.abs(changes).max() == pytest.approx(1.0, rel=0.05), "a fifth of 5 m/s²"
+    assert 0.5 < np.abs(changes).max() < 1.05, "a fifth of 5 m/s², where that is less than the joints' fifth lets"

@@ -57,10 +57,15 @@ class MoveOptions(TypedDict, total=False):
     Attributes:
         speed_factor: the part of the joints' greatest speed that is used, above 0, up to 1 (the default).
         time_law: `jerk_limited` (the default), or `time_optimal`, which keeps speeds and accelerations and no jerk.
+        acceleration_factor: the part of the greatest acceleration that is used, above 0, up to 1 (the default), of
+            point-to-point moves, lines, arcs and splines.
+        jerk_factor: the same of the jerk.
     """
 
     speed_factor: float | None
     time_law: str | None
+    acceleration_factor: float | None
+    jerk_factor: float | None
 
 
 class GoalOptions(MoveOptions, total=False):
@@ -141,7 +146,7 @@ class CircularOptions(CartesianOptions, total=False):
 
 
 class TrajectoryOptions(MoveOptions, total=False):
-    """Options of joint trajectories; of these `speed_factor` and `time_law` are no use to what has its own times.
+    """Options of joint trajectories; `MoveOptions` are no use to what has its own times.
 
     Attributes:
         accelerations: (n, k) in rad/s^2 or m/s^2, of `segments` with velocities.

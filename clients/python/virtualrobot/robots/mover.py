@@ -394,6 +394,8 @@ class Mover(Mechanism):
             group=self._group,
             speed_factor=value_or_default(options.get("speed_factor"), "speed_factor"),
             time_law=moves.time_law_number(options.get("time_law")),
+            acceleration_factor=value_or_default(options.get("acceleration_factor"), "acceleration_factor"),
+            jerk_factor=value_or_default(options.get("jerk_factor"), "jerk_factor"),
             redundancy=redundancy(lock, options.get("arm_angle"), prefer, joints_now=self._joints_now),
             **how,
         )

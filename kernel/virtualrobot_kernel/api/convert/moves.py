@@ -49,7 +49,7 @@ def requested_move(message: motion_pb2.Move, what: str) -> Move:
     if kind == "joint_trajectory" and factor != 1.0:
         raise KernelError(f"{what}.{kind} has its own times; give no speed_factor", field="speed_factor")
     move = KINDS[kind](message.robot, getattr(message, kind), factor, f"{what}.{kind}")
-    move = _in_time(move, message, what)
+    move = _gently(_in_time(move, message, what), message, kind, what)
     if message.HasField("group"):
         move = replace(move, group=group_selection(message.group, f"{what}.group"))
     redundancy = requested_redundancy(message.redundancy, f"{what}.redundancy")
@@ -68,6 +68,19 @@ def speed_factor(value: float, what: str) -> float:
     if not 0.0 <= value <= 1.0:
         raise KernelError(f"{what} must be above 0 and at most 1, not {value:g}", field=what, value=value)
     return value or 1.0
+
+
+def _gently(move: Move, message: motion_pb2.Move, kind: str, what: str) -> Move:
+    """Return the move with the shares of acceleration and jerk that the message says."""
+    shares = {name: speed_factor(getattr(message, name), f"{what}.{name}") for name in GENTLE}
+    wanted = next((name for name in GENTLE if getattr(message, name)), None)
+    if wanted is None:
+        return move
+    if kind not in GENTLE_KINDS:
+        raise KernelError(
+            f"{what}.{wanted} is for {', '.join(GENTLE_KINDS)}; a {kind} takes none", field=f"{what}.{wanted}"
+        )
+    return replace(move, **shares)
 
 
 def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
@@ -210,13 +223,15 @@ def _rows(table: Table[Any, Any]) -> Callable[[str, Any, float, str], Move]:
     return lambda robot, message, factor, what: table.read(message, what, robot=robot, speed_factor=factor)
 
 
-COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law")
+COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law", "acceleration_factor", "jerk_factor")
 """Attributes that all moves share, and that `Move` says beside the kind."""
 RATES = (
     "max_velocity_meters_per_second",
     "max_acceleration_meters_per_second_squared",
     "max_angular_velocity_radians_per_second",
 )
+GENTLE, GENTLE_KINDS = ("acceleration_factor", "jerk_factor"), ("point_to_point", "linear", "circular", "spline")
+"""Shares of a move that is gentle, and kinds of moves that can be."""
 TIME_LAWS = EnumTable(TimeLaw, motion_pb2.TimeLaw)
 POINT = Pair(_point, vector_message)
 POSE_GOAL = _goals(Table(PoseGoal, motion_pb2.PoseGoal))

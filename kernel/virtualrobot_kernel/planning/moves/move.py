@@ -24,6 +24,8 @@ class Move(ABC):
 
     robot: str
     group: Group = field(default=WHOLE, kw_only=True)
+    acceleration_factor: float = field(default=1.0, kw_only=True)
+    jerk_factor: float = field(default=1.0, kw_only=True)
 
     not_joined: ClassVar[str] = ""
     """Reason for which zones join it with no other move; empty where they can."""
@@ -44,6 +46,11 @@ class Move(ABC):
 
         near_of: measures how far an arm is from everything else, for arms that prefer distance.
         """
+
+    @property
+    def gentle(self) -> tuple[float, float]:
+        """Shares of acceleration and jerk that it uses."""
+        return self.acceleration_factor, self.jerk_factor
 
     @property
     def solved(self) -> bool:

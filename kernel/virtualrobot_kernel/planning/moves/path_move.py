@@ -52,7 +52,8 @@ class PathMove(Move):
         return True
 
     def _cartesian_limits(self) -> CartesianLimits:
-        return cartesian_limits(self.max_velocity, self.max_acceleration, self.max_angular_velocity)
+        rates = (self.max_velocity, self.max_acceleration, self.max_angular_velocity)
+        return cartesian_limits(*rates, self.gentle)
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
         """Return the joints of the arm that are not locked."""
@@ -75,8 +76,9 @@ class PathMove(Move):
             tip_t_tcp=tcp.tip_t_tcp,
             time_law=self.time_law,
             objective=tcp.objective,
+            gentle=self.gentle,
         )
-        return led_move(node, arm, plan, tcp, cartesian, factor)
+        return led_move(node, arm, plan, tcp, cartesian, factor, self.gentle)
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan on a base, or towards a reference, that moves."""
@@ -90,4 +92,5 @@ class PathMove(Move):
             self._cartesian_limits(),
             self.speed_factor or 1.0,
             solver_of,
+            self.gentle,
         )

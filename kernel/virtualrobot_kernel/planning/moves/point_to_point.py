@@ -104,7 +104,7 @@ class PointToPoint(Move):
         factor = self.speed_factor or 1.0
         if self.max_velocity or self.max_angular_velocity:
             factor *= tcp_share(snapshot, node, positions, (self.max_velocity, self.max_angular_velocity), self.group)
-        return move_to_joints(snapshot, node, positions, factor, self.time_law)
+        return move_to_joints(snapshot, node, positions, factor, self.time_law, self.gentle)
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return the plan to a pose where base and reference will be when all have arrived."""
@@ -147,7 +147,12 @@ def goal_positions(
 
 
 def move_to_joints(
-    snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float, time_law: TimeLaw
+    snapshot: Snapshot,
+    node: Node,
+    positions: Mapping[str, float],
+    speed_factor: float,
+    time_law: TimeLaw,
+    gentle: tuple[float, float] = (1.0, 1.0),
 ) -> PlannedMove:
     """Return the straight line in joint space to joint positions by name (rad or m), columns in the robot's order."""
     names = tuple(sorted(positions, key=lambda name: coordinate_of(snapshot.structure, node, name).q))
@@ -158,7 +163,8 @@ def move_to_joints(
     if craft_of(node) is None:  # wheels turn as far as the way is
         _check_turns(node, limits, start, goal)
     speed_factor = speed_factor or 1.0
-    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
+    plan = plan_ptp(start, goal, limits, speed_factor, time_law, gentle)
+    return PlannedMove(node, names, plan, speed_factor=speed_factor, gentle=gentle)
 
 
 def tcp_share(

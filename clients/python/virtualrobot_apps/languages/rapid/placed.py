@@ -53,7 +53,7 @@ class Placed(Signals):
         self._say, self._said = say, set[str]()
         self.configurations, self.linear_configurations = True, True
         self.speed_share, self.speed_limit = 1.0, math.inf
-        self.acceleration_share, self.acceleration_limit = 1.0, math.inf
+        self.acceleration_share, self.jerk_share, self.acceleration_limit = 1.0, 1.0, math.inf
         self.tool, self.wobj = deepcopy(TOOL), deepcopy(WOBJ)
         self.displacement = np.eye(4)
         self.concurrent = False

@@ -119,11 +119,11 @@ class World(Placed):
         named, rounding = dict(zip(self.joints, goal.tolist(), strict=True)), corner(zone, speed[0] / 1000.0)
         if self.seconds is None:
             turning = math.radians(max(speed[1], SLOWEST_TURN))
-            move = self.robot.ptp(named, velocity=self._speed(speed), angular_velocity=turning)
+            move = self.robot.ptp(named, velocity=self._speed(speed), angular_velocity=turning, **self._gentle)
         else:
             self._timed = self._exactly(rounding)
             factor = 1.0 if self._timed else self.joint_factor(self.joints_planned(), goal, speed)
-            move = self.robot.ptp(named, speed_factor=factor)
+            move = self.robot.ptp(named, speed_factor=factor, **self._gentle)
         self._add(move, rounding, beside=self._beside(axes, speed))
         self.went(goal, None, axes)
 
@@ -135,7 +135,7 @@ class World(Placed):
     def add_joints(self, goal: np.ndarray, factor: float, zone: Zone, beside: Sequence[Move] = ()) -> None:
         """Append a joint move to positions (rad), with a share of the joints' speeds and a zone."""
         named = dict(zip(self.joints, goal.tolist(), strict=True))
-        self._add(self.robot.ptp(named, speed_factor=factor), zone, beside=beside)
+        self._add(self.robot.ptp(named, speed_factor=factor, **self._gentle), zone, beside=beside)
 
     def went(self, joints: np.ndarray, place: Matrix | None, axes: np.ndarray | None = None) -> None:
         """Remember where a move ends: joints (rad), external axes, and the place where it is known."""
@@ -263,15 +263,21 @@ class World(Placed):
 
     def _along(self, velocity: float, on: On) -> dict[str, Any]:
         """Return the options of a line or arc in a frame, at a speed (m/s)."""
-        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
+        acceleration = min(ACCELERATION, self.acceleration_limit / self.acceleration_share)
         moving = {"moving": True} if on.turned is not None else {}
         return {
             "reference": on.reference,
             "velocity": velocity,
             "acceleration": acceleration,
             "angular_velocity": self._turning,
+            **self._gentle,
             **moving,
         }
+
+    @property
+    def _gentle(self) -> dict[str, float]:
+        """Options of all moves: the shares of accelerations and jerks that AccSet says."""
+        return {"acceleration_factor": self.acceleration_share, "jerk_factor": self.jerk_share}
 
     def _robot_now(self) -> Matrix:
         """Return where the tool centre point is, in the frame of the base."""

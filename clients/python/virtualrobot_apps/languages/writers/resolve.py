@@ -366,15 +366,18 @@ class _Resolver:
         if step.min_duration_seconds:
             self._note(f"step {at}: how long it takes at least is not written yet; its speed is")
         kind = move.WhichOneof("move")
-        share = (move.speed_factor or 1.0) * self._share
+        share, gentle = (move.speed_factor or 1.0) * self._share, move.acceleration_factor or 1.0
+        if move.jerk_factor:
+            self._note(f"step {at}: a controller has a jerk of its own, and no part of it")
         zone = self._zone(at, step, poses)
         if kind == "point_to_point":
             to = move.point_to_point
             goal = self._goal(at, to.pose if to.WhichOneof("goal") == "pose" else None, ways[-1], poses[-1])
-            return self._point_to_point(goal, share, ways[0], zone, to)
+            found = self._point_to_point(goal, share, ways[0], zone, to)
+            return replace(found, acceleration=gentle * found.acceleration)
         wish: Any = move.linear if kind == "linear" else move.circular
         speed = share * (wish.max_velocity_meters_per_second or VELOCITY)
-        acceleration = wish.max_acceleration_meters_per_second_squared or ACCELERATION
+        acceleration = gentle * (wish.max_acceleration_meters_per_second_squared or ACCELERATION)
         if wish.max_angular_velocity_radians_per_second:
             self._note(f"step {at}: how fast the tool may turn on its way is not written yet")
         goal = self._goal(at, wish.goal, ways[-1], poses[-1])

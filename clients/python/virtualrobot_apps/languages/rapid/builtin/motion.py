@@ -148,10 +148,9 @@ def _sing_area(task: RapidTask, wrist: bool | None, lock: bool | None, off: bool
 
 @instruction("AccSet", "num Acc, num Ramp", lacking="FinePointRamp")
 def _acc_set(task: RapidTask, share: float, ramp: float) -> None:
-    """Takes a share of the acceleration on lines and arcs from now on, in percent, 20 at least."""
+    """Takes shares of all accelerations and jerks from now on, in percent, 20 and 10 at least."""
     task.world.acceleration_share = min(1.0, max(0.2, share / 100.0))
-    if share < 100.0 or ramp < 100.0:
-        task.world.note(f"{here()}: AccSet works on lines and arcs alone, and not on the jerk")
+    task.world.jerk_share = min(1.0, max(0.1, ramp / 100.0))
 
 
 @instruction("PathAccLim", r"bool AccLim \num AccMax, bool DecelLim \num DecelMax")
