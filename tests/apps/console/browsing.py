@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -32,12 +33,14 @@ needs_page = [
 
 
 @contextmanager
-def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT, script: str = "") -> Iterator[Page]:
+def opened(
+    browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT, script: str = "", link: str = ""
+) -> Iterator[Page]:
     """Give the page at an address; what it complains of fails the test, and so does what it asks of other machines.
 
-    `script` runs before the page's own code.
+    `script` runs before the page's own code; `link` lets the page in. Any certificate will do.
     """
-    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark", ignore_https_errors=True)
     page.add_init_script(script)
     page.set_default_timeout(PATIENCE_MS)
     complaints: list[str] = []
@@ -45,6 +48,8 @@ def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT,
     page.on("console", lambda said: complaints.append(said.text) if "Content Security Policy" in said.text else None)
     page.on("request", lambda asked: None if _is_own(asked.url, url) else complaints.append(f"asked for {asked.url}"))
     try:
+        if link:
+            assert page.request.get(link).ok  # its session is the page's, too
         page.goto(url)
         yield page
         assert complaints == []
@@ -79,6 +84,6 @@ def purple_count(page: Page) -> int:
 
 
 def _is_own(asked: str, url: str) -> bool:
-    """Return whether an address that a page asks for is the page's own, or of this machine's servers."""
-    own = ("http://127.0.0.1:", "ws://127.0.0.1:", "blob:http://127.0.0.1:", "blob:null/", "data:")
-    return asked == url or asked.startswith(own)
+    """Return whether an address that a page asks for is of the page's own machine, or is none of a machine."""
+    own = {"127.0.0.1", urlsplit(url).hostname}
+    return asked.startswith(("blob:null/", "data:")) or urlsplit(asked.removeprefix("blob:")).hostname in own

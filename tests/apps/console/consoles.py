@@ -6,6 +6,7 @@ import http.client
 import json
 import os
 import re
+import ssl
 import struct
 import subprocess
 import sys
@@ -51,6 +52,8 @@ class Console:
 
     process: subprocess.Popen[str]
     link: str = ""
+    tls: ssl.SSLContext | None = None
+    """What is trusted; None for what the system trusts."""
 
     @property
     def port(self) -> int:
@@ -69,7 +72,10 @@ class Console:
         self, path: str, body: bytes = b"{}", verb: str = "POST", **headers: str
     ) -> Iterator[http.client.HTTPResponse]:
         """Send a request and give the answer as it begins; at the end of the block the client is gone."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_SECONDS)
+        if self.link.startswith("https:"):
+            connection = http.client.HTTPSConnection("127.0.0.1", self.port, timeout=PATIENCE_SECONDS, context=self.tls)
+        else:
+            connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_SECONDS)
         said = {"content-type": "application/json"} | {name.replace("_", "-"): value for name, value in headers.items()}
         path = path if path.startswith("/") else f"/virtualrobot.v1.{path}"
         with closing(connection):

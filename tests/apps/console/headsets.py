@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -136,6 +136,14 @@ class Person:
         self.pull(1)
         self.pull(0)
 
+    def register(self, places: Mapping[str, Sequence[float]], world_t_room: np.ndarray) -> None:
+        """Touch frames of the cell where they are in a room that lies so in the world."""
+        self.press("register")
+        for name, place in places.items():
+            expect(self.told).to_contain_text(f"Touch {name}")
+            self.touch((np.linalg.inv(world_t_room) @ [*place, 1.0])[:3].tolist())
+        expect(self.told).to_contain_text("registered, points off by 0.0 mm at most")
+
     def take(
         self, point: Sequence[float] | np.ndarray, way: Sequence[float] | np.ndarray, steps: int = 3
     ) -> np.ndarray:
@@ -189,17 +197,26 @@ class Person:
         self.pull(1)
         self.pull(0)
 
+    def leave(self) -> None:
+        """Press the panel's Leave, after which there are no frames to wait for."""
+        self.point("leave")
+        self._turn("trigger", 1)
+        expect(self.told).to_have_count(0)
+
     def back(self) -> None:
         """Press the controller's B."""
         for value in (1, 0):
             self._button("b-button", value)
 
     def _button(self, name: str, value: int) -> None:
+        self._turn(name, value)
+        self.frames()
+
+    def _turn(self, name: str, value: int) -> None:
         if self.by_hand:
             self.page.evaluate("(value) => headset.hands.right.updatePinchValue(value)", value)
         else:
             self.page.evaluate("([name, value]) => atHand().updateButtonValue(name, value)", [name, value])
-        self.frames()
 
     def _put(self, at: list[float]) -> None:
         self.page.evaluate(
@@ -219,11 +236,17 @@ def in_room(
     mode: str = "Augmented reality",
     by_hand: bool = False,
     script: str = "",
+    link: str = "",
+    prepare: Callable[[Page], object] = lambda page: None,
 ) -> Iterator[Person]:
-    """Give a person in the room before a robot at the world's origin; the page runs a script before its own."""
+    """Give a person in the room before a robot at the world's origin; the page runs a script before its own.
+
+    `link` lets the page in; `prepare` is done at the page, where the robot is chosen, before the room is entered.
+    """
     script = IWER.read_text("utf-8") + EMULATOR + script
-    with opened(browser, console.url + PLAIN, width=900, height=500, script=script) as page:
+    with opened(browser, console.url + PLAIN, width=900, height=500, script=script, link=link) as page:
         row(page, robot).click()
+        prepare(page)
         page.keyboard.press("1")
         page.locator('.view .canvas[aria-busy="false"]').wait_for()
         page.evaluate("(eyes) => { headset.position.set(0, eyes, 0); headset.quaternion.set(0, 0, 0, 1); }", EYES)

@@ -28,9 +28,7 @@ def page_of(browser: Browser, console: Console, client: Client, role: str) -> It
     """Give the panel at the page of somebody with a role."""
     token = client.tokens.create(role, role).secret
     link = console.ask("/link", authorization=f"Bearer {token}").json["url"]
-    with opened(browser, console.url + "/calls.js") as page:
-        assert page.request.get(link).ok  # its session is the page's, too
-        page.goto(console.url + PLAIN)
+    with opened(browser, console.url + PLAIN, link=link) as page:
         page.get_by_role("tab", name="Proposals").click()
         yield page
 

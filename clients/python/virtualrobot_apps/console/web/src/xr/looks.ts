@@ -2,6 +2,7 @@
 import { computed } from "@preact/signals";
 import { goal } from "../kernel/goal";
 import { connection, trouble } from "../kernel/world";
+import { heard } from "./heard";
 import { proposal, type Phase } from "./proposal";
 import { registration } from "./registration";
 import { ledWords, leads } from "./teleop";
@@ -27,12 +28,12 @@ const LOOKS: Record<Phase, Omit<Look, "words">> = {
 
 /** What is to be said now, and in which color. */
 export const look = computed<Look>(() => {
-  const words = proposal.words.value, phase = proposal.phase.value;
+  const words = [heard.value, proposal.words.value].filter(Boolean).join("; "), phase = proposal.phase.value;
   if (connection.value !== "connected") return { title: "No connection", words: trouble.value, color: RED };
   if (registration.next.value) return { title: `Touch ${registration.next.value}`, words: registration.words.value, color: AMBER };
   if (leads.value) return { title: "The ball leads the tool", words: ledWords.value, color: BLUE };
   if (phase === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", words, color: RED };
-  if (phase === "idle" && registration.words.value) return { ...LOOKS.idle, words: registration.words.value };
+  if (phase === "idle" && registration.words.value) return { ...LOOKS.idle, words: [heard.value, registration.words.value].filter(Boolean).join("; ") };
   return { ...LOOKS[phase], words };
 });
 
