@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.bounds import TcpBound, TimeLaw
+from virtualrobot_kernel.motion.bounds import TcpBound, TcpJacobian, TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath, ConstantSpeedPath
 from virtualrobot_kernel.motion.circle import Center, Via, arc
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
@@ -129,13 +129,30 @@ def plan_spline(
     tcp_path = spline(tcp.pose(start), base_t_goals)
     path = checked_joint_path("spline", tcp, tcp_path, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
+    return plan_seen(tcp_path.kind, path, limits, tcp, slow, velocity_scale, time_law, gentle)
+
+
+def plan_seen(
+    kind: str,
+    path: PiecewisePolynomial,
+    limits: JointLimits,
+    tcp: TcpJacobian,
+    slow: CartesianLimits,
+    velocity_scale: float,
+    time_law: TimeLaw,
+    gentle: tuple[float, float],
+) -> Plan:
+    """Return the plan along a joint path on which a tool centre point keeps limits, whatever way it has.
+
+    slow: those limits, to which `velocity_scale` is applied already.
+    """
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
     law = path_law(path, limits.scaled(velocity_scale, *gentle), (), (bound,), time_law)
     # What speeds up or slows down the motion accelerates the TCP as much as the law itself does, and not more.
     _, acceleration, jerk = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[1:, :, 0]).max(axis=1).tolist()
     if time_law is TimeLaw.TIME_OPTIMAL:
         jerk = acceleration * slow.jerk / slow.acceleration
-    return planned(tcp_path.kind, path, law, limits, path_limits=(acceleration, jerk))
+    return planned(kind, path, law, limits, path_limits=(acceleration, jerk))
 
 
 def _planned(

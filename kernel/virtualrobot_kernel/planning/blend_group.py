@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.apart_path import ApartTcp
 from virtualrobot_kernel.motion.blend import Rounded
 from virtualrobot_kernel.motion.blend_law import law_through
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
@@ -77,11 +78,20 @@ class BlendGroup:
         robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
         robots = {arm: robot for arm, robot in robots.items() if not only or arm in only}
         found: list[Position] = []
-        for (_, group), robot in robots.items():
+        for (uid, group), robot in robots.items():
             arm = arm_if_chain(snapshot, robot, group)
-            if arm is not None and arm.chain is not None:
+            own = [one for step in steps for one in step.moves if (one.robot.uid, one.group) == (uid, group)]
+            if apart := next((one for one in own if one.tcp and isinstance(one.tcp.tcp, ApartTcp)), None):
+                found.append(self._apart(apart))
+            elif arm is not None and arm.chain is not None:
                 found.append(_position(snapshot, arm, self.q_index))
         return found
+
+    def _apart(self, one: PlannedMove) -> Position:
+        """Return the position of a tool that stands apart in what a move carries, by the joints of all columns."""
+        tcp, columns = one.tcp and one.tcp.tcp, [self.places[one.robot.name, name] for name in one.joint_names]
+        assert isinstance(tcp, ApartTcp)
+        return lambda q: tcp.position(q[columns])
 
     def _limits(self) -> JointLimits:
         snapshot, parts, places, vectors = self.steps[0].snapshot, [], [], []

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.apart_path import ApartTcp
 from virtualrobot_kernel.motion.blend import Corner, round_corner, rounded
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.brake import nominal_time
@@ -24,6 +25,7 @@ from virtualrobot_kernel.planning.blend_group import BlendGroup
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.steps import Column, GoOn, PlannedStep
 from virtualrobot_kernel.planning.zones import Room, room_for
+from virtualrobot_kernel.world.groups import Group
 
 Floats = NDArray[np.float64]
 _LOOKS = 33
@@ -110,9 +112,21 @@ def obstacle(pair: Sequence[PlannedStep]) -> str:
     for step in pair:
         if step.obstacle:
             return f"step {step.name} can't be joined: {step.obstacle}"
+    before, after = map(_tools, pair)
+    if any(before[arm] != after[arm] for arm in before.keys() & after.keys()):
+        return f"steps {pair[0].name} and {pair[1].name} have different tools"
     if pair[0].law is not pair[1].law:
         return f"steps {pair[0].name} and {pair[1].name} have different time laws"
     return ""
+
+
+def _tools(step: PlannedStep) -> dict[tuple[int, Group], tuple[str, str]]:
+    """Return the names of the tools by which arms are led, by robot (uid) and group; of a tool of their own none."""
+    return {
+        (one.robot.uid, one.group): one.tcp.tcp.name if isinstance(one.tcp.tcp, ApartTcp) else ("", "")
+        for one in step.moves
+        if one.tcp
+    }
 
 
 def dropped(step: PlannedStep, why: str) -> Note:

@@ -34,7 +34,7 @@ def named_signals(steps: Iterable[Step]) -> frozenset[str]:
 def _nodes(step: Step) -> Iterable[str]:
     if isinstance(step, MoveStep):
         tools = [move.tool for move in step.moves if isinstance(move, ToolStateMove)]
-        return [*(name for move in step.moves for name in (move.robot, *move.references)), *tools]
+        return [*(name for move in step.moves for name in (move.robot, *move.frames)), *tools]
     if isinstance(step, OrderStep):
         order = step.order
         if isinstance(order, SetAllowedPairs):

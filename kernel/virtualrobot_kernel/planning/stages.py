@@ -168,7 +168,7 @@ def check_steps(snapshot: Snapshot, steps: Sequence[Step], first: int = 0, *, op
                     )
                     raise KernelError(f"a program may search in its last step only, {last}")
                 search_of(snapshot, step.moves)
-                for name in (name for move in step.moves for name in move.references):
+                for name in (name for move in step.moves for name in move.frames):
                     snapshot.structure.node(name)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.planning.actuators import check_plans
+from virtualrobot_kernel.planning.apart import moves_along
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.moving_base import carried_by, check_turns, in_order, moving_base, no_common_law
 from virtualrobot_kernel.planning.planned_move import PlannedMove
@@ -58,7 +59,7 @@ def preconditions_by(snapshot: Snapshot, moves: Iterable[Move], joints: Iterable
     for move in moves:
         robot = move.node(snapshot).uid
         if move.solved:
-            ways.append(TcpPath(robot, tuple(structure.node(name).uid for name in move.references), move.group))
+            ways.append(TcpPath(robot, tuple(structure.node(name).uid for name in move.frames), move.group))
         tool_states += [(structure.node(tool).uid, state) for tool, state in move.tool_states(snapshot)]
         postures += [(robot, move.posture)] if move.posture else []
     uids = ((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
@@ -101,6 +102,9 @@ def _each(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf, near_o
     carrying = carried_by(
         snapshot, [joints_of(snapshot, [move]) for move in moves], [_frames(snapshot, move) for move in moves]
     )
+    for place, move in enumerate(moves):
+        if move.fixed_tool and place in carrying[place]:
+            raise moves_along(move.robot, move.fixed_tool)
     planned: dict[int, PlannedMove] = {}
     for place in in_order(carrying, [move.robot for move in moves]):
         move = moves[place]
@@ -130,4 +134,5 @@ def _frames(snapshot: Snapshot, move: Move) -> list[int]:
     if not move.solved:
         return []
     base, reference = arm_of(snapshot, move.node(snapshot), move.group).base, move.moving_reference
-    return [base] if reference is None else [base, snapshot.structure.node(reference).uid]
+    names = [name for name in (reference, move.fixed_tool) if name]
+    return [base, *(snapshot.structure.node(name).uid for name in names)]

@@ -77,10 +77,13 @@ class GoalOptions(MoveOptions, total=False):
         lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
         prefer: what free joints are used for: `limits`, `manipulability`, `distance` (to things), or a posture to be
             near, by joint name.
+        fixed_tool: a node that stands apart from the robot, such as a spindle, which is the tool of this move: the
+            robot carries `reference`, and poses say where the tool is in that.
     """
 
     reference: str | None
     moving: bool | None
+    fixed_tool: str | None
     lock: Lock | None
     prefer: Prefer | None
 

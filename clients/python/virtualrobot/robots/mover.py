@@ -396,6 +396,7 @@ class Mover(Mechanism):
             time_law=moves.time_law_number(options.get("time_law")),
             acceleration_factor=value_or_default(options.get("acceleration_factor"), "acceleration_factor"),
             jerk_factor=value_or_default(options.get("jerk_factor"), "jerk_factor"),
+            fixed_tool=options.get("fixed_tool"),
             redundancy=redundancy(lock, options.get("arm_angle"), prefer, joints_now=self._joints_now),
             **how,
         )

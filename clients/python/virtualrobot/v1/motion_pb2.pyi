@@ -611,7 +611,7 @@ class Tracking(_message.Message):
     def __init__(self, node: _Optional[str] = ..., window: _Optional[float] = ..., max_velocity: _Optional[float] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ("robot", "speed_factor", "time_law", "redundancy", "group", "acceleration_factor", "jerk_factor", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular", "spline", "joint_jog", "cartesian_jog")
+    __slots__ = ("robot", "speed_factor", "time_law", "redundancy", "group", "acceleration_factor", "jerk_factor", "fixed_tool", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular", "spline", "joint_jog", "cartesian_jog")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     TIME_LAW_FIELD_NUMBER: _ClassVar[int]
@@ -619,6 +619,7 @@ class Move(_message.Message):
     GROUP_FIELD_NUMBER: _ClassVar[int]
     ACCELERATION_FACTOR_FIELD_NUMBER: _ClassVar[int]
     JERK_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    FIXED_TOOL_FIELD_NUMBER: _ClassVar[int]
     POINT_TO_POINT_FIELD_NUMBER: _ClassVar[int]
     LINEAR_FIELD_NUMBER: _ClassVar[int]
     JOINT_TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
@@ -634,6 +635,7 @@ class Move(_message.Message):
     group: _nodes_pb2.GroupSelection
     acceleration_factor: float
     jerk_factor: float
+    fixed_tool: str
     point_to_point: PointToPoint
     linear: Linear
     joint_trajectory: JointTrajectory
@@ -642,7 +644,7 @@ class Move(_message.Message):
     spline: Spline
     joint_jog: JointJog
     cartesian_jog: CartesianJog
-    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., time_law: _Optional[_Union[TimeLaw, str]] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., acceleration_factor: _Optional[float] = ..., jerk_factor: _Optional[float] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ..., spline: _Optional[_Union[Spline, _Mapping]] = ..., joint_jog: _Optional[_Union[JointJog, _Mapping]] = ..., cartesian_jog: _Optional[_Union[CartesianJog, _Mapping]] = ...) -> None: ...
+    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., time_law: _Optional[_Union[TimeLaw, str]] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., acceleration_factor: _Optional[float] = ..., jerk_factor: _Optional[float] = ..., fixed_tool: _Optional[str] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ..., spline: _Optional[_Union[Spline, _Mapping]] = ..., joint_jog: _Optional[_Union[JointJog, _Mapping]] = ..., cartesian_jog: _Optional[_Union[CartesianJog, _Mapping]] = ...) -> None: ...
 
 class PoseGoal(_message.Message):
     __slots__ = ("reference_t_tcp", "reference", "configuration", "moving")

@@ -29,6 +29,7 @@ from virtualrobot_kernel.planning.moves import (
     JointTrajectory,
     Linear,
     Move,
+    PathMove,
     PointToPoint,
     Spline,
     Tolerances,
@@ -50,6 +51,8 @@ def requested_move(message: motion_pb2.Move, what: str) -> Move:
         raise KernelError(f"{what}.{kind} has its own times; give no speed_factor", field="speed_factor")
     move = KINDS[kind](message.robot, getattr(message, kind), factor, f"{what}.{kind}")
     move = _gently(_in_time(move, message, what), message, kind, what)
+    if message.fixed_tool:
+        move = _apart(move, message.fixed_tool, what)
     if message.HasField("group"):
         move = replace(move, group=group_selection(message.group, f"{what}.group"))
     redundancy = requested_redundancy(message.redundancy, f"{what}.redundancy")
@@ -81,6 +84,21 @@ def _gently(move: Move, message: motion_pb2.Move, kind: str, what: str) -> Move:
             f"{what}.{wanted} is for {', '.join(GENTLE_KINDS)}; a {kind} takes none", field=f"{what}.{wanted}"
         )
     return replace(move, **shares)
+
+
+def _apart(move: Move, tool: str, what: str) -> Move:
+    """Return the move with a tool that stands apart from its robot."""
+    if not isinstance(move, PathMove | PointToPoint) or not move.solved:
+        raise KernelError(
+            f"{what}.fixed_tool is for moves to poses, lines, arcs and splines; this one leads no tool",
+            field=f"{what}.fixed_tool",
+        )
+    if move.moving_reference is not None:
+        raise KernelError(
+            f"{what}.fixed_tool goes with a goal in what the robot carries, which moves anyway; leave out moving",
+            field=f"{what}.fixed_tool",
+        )
+    return replace(move, fixed_tool=tool)
 
 
 def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
@@ -223,7 +241,16 @@ def _rows(table: Table[Any, Any]) -> Callable[[str, Any, float, str], Move]:
     return lambda robot, message, factor, what: table.read(message, what, robot=robot, speed_factor=factor)
 
 
-COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law", "acceleration_factor", "jerk_factor")
+COMMON = (
+    "robot",
+    "group",
+    "speed_factor",
+    "redundancy",
+    "time_law",
+    "acceleration_factor",
+    "jerk_factor",
+    "fixed_tool",
+)
 """Attributes that all moves share, and that `Move` says beside the kind."""
 RATES = (
     "max_velocity_meters_per_second",

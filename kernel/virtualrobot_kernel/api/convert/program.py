@@ -103,6 +103,12 @@ def motion_spec(message: motion_pb2.MotionSpec, text: ProgramText | None = None)
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     tracking = _tracking(message.tracking) if message.HasField("tracking") else None
     text = text or program_text(message.steps, message.programs)
+    each = (*moves, *(move for step in text.steps if isinstance(step, MoveStep) for move in step.moves))
+    if tracking and (tool := next((move.fixed_tool for move in each if move.fixed_tool), None)):
+        raise KernelError(
+            f"the tool {tool!r} stands apart, and the motion goes along with {tracking.node!r}: that can't be yet",
+            field="tracking",
+        )
     return MotionSpec(moves, text.steps, tracking, text.outer_count, text.every if text.rest else ())
 
 

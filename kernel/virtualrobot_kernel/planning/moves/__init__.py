@@ -6,6 +6,7 @@ from virtualrobot_kernel.planning.moves.joint_jog import JointJog
 from virtualrobot_kernel.planning.moves.joint_trajectory import JointTrajectory, Tolerances
 from virtualrobot_kernel.planning.moves.linear import Linear
 from virtualrobot_kernel.planning.moves.move import Move
+from virtualrobot_kernel.planning.moves.path_move import PathMove
 from virtualrobot_kernel.planning.moves.point_to_point import ActuatorGoal, PointToPoint, goal_positions
 from virtualrobot_kernel.planning.moves.spline import Spline
 from virtualrobot_kernel.planning.moves.tool_state import ToolStateMove
@@ -19,6 +20,7 @@ __all__ = [
     "JointTrajectory",
     "Linear",
     "Move",
+    "PathMove",
     "PointToPoint",
     "Spline",
     "Tolerances",

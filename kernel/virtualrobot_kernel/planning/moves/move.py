@@ -26,6 +26,7 @@ class Move(ABC):
     group: Group = field(default=WHOLE, kw_only=True)
     acceleration_factor: float = field(default=1.0, kw_only=True)
     jerk_factor: float = field(default=1.0, kw_only=True)
+    fixed_tool: str = field(default="", kw_only=True)
 
     not_joined: ClassVar[str] = ""
     """Reason for which zones join it with no other move; empty where they can."""
@@ -61,6 +62,11 @@ class Move(ABC):
     def references(self) -> tuple[str, ...]:
         """Nodes in whose frames its goals are; none for the robot's own frame."""
         return ()
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Nodes whose places its path is made of: the references of its goals, and a tool that stands apart."""
+        return (*self.references, self.fixed_tool) if self.fixed_tool else self.references
 
     @property
     def moving_reference(self) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from virtualrobot_sdk.poses import inverse
 
@@ -11,6 +12,7 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.planning.apart import plan_apart, stands_still
 from virtualrobot_kernel.planning.free_joints import cartesian_tcp
 from virtualrobot_kernel.planning.moves.move import Move
 from virtualrobot_kernel.planning.moving_base import MovingBase, plan_on_moving_base
@@ -63,6 +65,21 @@ class PathMove(Move):
         """Return its plan; raise KernelError with the place."""
         node = self.node(snapshot)
         arm = arm_on_path(snapshot, node, self.redundancy, self.group)
+        if self.fixed_tool:
+            return plan_apart(
+                snapshot,
+                arm,
+                self.fixed_tool,
+                self.path_reference,
+                partial(self.path_from, snapshot),
+                self._cartesian_limits(),
+                self.speed_factor or 1.0,
+                self.redundancy,
+                self.time_law,
+                self.gentle,
+                solver_of,
+                near_of,
+            )
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         planner = self.planner(snapshot, inverse(snapshot.world_t(arm.base)))
         tcp = cartesian_tcp(snapshot, arm, solver_of, self.redundancy, near_of)
@@ -83,6 +100,8 @@ class PathMove(Move):
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan on a base, or towards a reference, that moves."""
         snapshot = base.snapshot
+        if self.fixed_tool:
+            raise stands_still(self.robot, self.fixed_tool)
         return plan_on_moving_base(
             arm_on_path(snapshot, self.node(snapshot), self.redundancy, self.group),
             base,

@@ -13,6 +13,7 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.planning.apart import apart_tcp, goal_of_tcp, share_apart, stands_still
 from virtualrobot_kernel.planning.free_joints import reached
 from virtualrobot_kernel.planning.moves.move import Move
 from virtualrobot_kernel.planning.moving_base import MovingBase
@@ -86,7 +87,12 @@ class PointToPoint(Move):
         node = self.node(snapshot)
         if not isinstance(self.goal, PoseGoal):
             return self._to_joints(snapshot, node, self._positions(snapshot, node))
-        return self._plan_to(snapshot, self.goal, world_t_goal(snapshot, self.goal), solver_of, near_of)
+        world_t_tcp = world_t_goal(snapshot, self.goal)
+        if self.fixed_tool:
+            arm = arm_of(snapshot, node, self.group)
+            carried = (self.fixed_tool, self.goal.reference)
+            world_t_tcp = goal_of_tcp(snapshot, arm, *carried, self.goal.reference_t_tcp)
+        return self._plan_to(snapshot, self.goal, world_t_tcp, solver_of, near_of)
 
     def _plan_to(
         self, snapshot: Snapshot, goal: PoseGoal, world_t_tcp: Pose, solver_of: SolverOf, near_of: NearOf | None
@@ -96,18 +102,27 @@ class PointToPoint(Move):
         choice = (goal.configuration, self.redundancy, self.group)
         arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, *choice, near_of, goal.reference)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
-        joints = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
-        return self._to_joints(snapshot, node, joints)
+        there, share = _nearest_turn(solutions[0], start, limits), None
+        if self.fixed_tool:
+            apart = apart_tcp(snapshot, arm, self.fixed_tool, goal.reference, solver_of)
+            share = share_apart(apart, start, there, limits.velocity, (self.max_velocity, self.max_angular_velocity))
+        return self._to_joints(snapshot, node, dict(zip(arm.joint_names, there.tolist(), strict=True)), share)
 
-    def _to_joints(self, snapshot: Snapshot, node: Node, positions: Mapping[str, float]) -> PlannedMove:
-        """Return the plan to joints, as slow as the limits of the tool centre point have it."""
+    def _to_joints(
+        self, snapshot: Snapshot, node: Node, positions: Mapping[str, float], share: float | None = None
+    ) -> PlannedMove:
+        """Return the plan to joints, as slow as the limits of the tool centre point have it, or by a share known."""
         factor = self.speed_factor or 1.0
-        if self.max_velocity or self.max_angular_velocity:
+        if share is not None:
+            factor *= share
+        elif self.max_velocity or self.max_angular_velocity:
             factor *= tcp_share(snapshot, node, positions, (self.max_velocity, self.max_angular_velocity), self.group)
         return move_to_joints(snapshot, node, positions, factor, self.time_law, self.gentle)
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return the plan to a pose where base and reference will be when all have arrived."""
+        if self.fixed_tool:
+            raise stands_still(self.robot, self.fixed_tool)
         if not isinstance(self.goal, PoseGoal):
             return Move.plan_on(self, base, solver_of, near_of)
         there = base.arrived()

@@ -51,12 +51,21 @@ class Spline(PathMove):
 
     @property
     def path_reference(self) -> str:
-        """Node that all goals move along with, or the world."""
-        return self.moving_reference or ""
+        """Node that all goals move along with, or that the robot carries along a tool, or the world."""
+        if not self.fixed_tool:
+            return self.moving_reference or ""
+        if len(self.references) > 1:
+            frames = ", ".join(map(repr, self.references))
+            raise KernelError(
+                f"the goals of the spline of {self.robot!r} are in the frames of {frames}; along a tool that stands "
+                "apart all are in one",
+                robot=self.robot,
+            )
+        return self.goals[0].reference
 
     def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> CartesianPath:
         """Return the spline through the goals."""
-        moving = self.moving_reference is not None
+        moving = self.moving_reference is not None or bool(self.fixed_tool)
         goals = [goal.reference_t_tcp if moving else world_t_goal(snapshot, goal) for goal in self.goals]
         return spline(reference_t_start, goals)
 
