@@ -164,6 +164,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # For its pages it runs what another command runs, too.
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
     f"{APPS}/console/registering.py": ("virtualrobot_apps", "virtualrobot", "numpy"),
+    f"{APPS}/console/processing.py": ("virtualrobot_apps", "virtualrobot", "numpy"),
     f"{APPS}/console/invitation.py": ("virtualrobot_apps.console", "virtualrobot", "segno"),
     f"{APPS}/episodes/episode.py": ("virtualrobot", "numpy", "mcap", "foxglove_schemas_protobuf", "PIL"),
     f"{APPS}/episodes/dataset.py": ("virtualrobot_apps.episodes", "virtualrobot", "numpy", "pyarrow"),
@@ -184,6 +185,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # What they say is read from YAML.
     f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
+    f"{APPS}/cell_io/yaml_text.py": ("virtualrobot_apps", "yaml"),
     # The Boe-Bot's worlds are written as YAML, and its pictures looked at by OpenCV, where that is installed.
     f"{APPS}/vehicles/boebot/worlds.py": ("virtualrobot_apps", "numpy", "yaml"),
     f"{APPS}/vehicles/boebot/line_follower.py": ("virtualrobot", "numpy", "cv2"),

@@ -125,15 +125,15 @@ def test_a_cut_is_half_a_kerf_beside_its_way() -> None:
 
 
 def test_grinding_goes_to_and_fro_and_presses() -> None:
-    work, force = read_grind(read(f"ways: [{LINE}]\npress: 0.002\nstiffness: 10000\nstrokes: 3\nmotor: disc\n"))
-    assert force == pytest.approx(20.0)
+    work = read_grind(read(f"ways: [{LINE}]\npress: 0.002\nstiffness: 10000\nstrokes: 3\nmotor: disc\n"))
+    assert work.force == pytest.approx(20.0)
     (way,) = ways(work.tool)
     found = list(work.stretches(way, "way 1"))
     assert [one[0] for one in found] == [f"way 1, stroke {number}" for number in (1, 2, 3)]
     ends = [one[2][[0, -1], :3, 3] for one in found]
     np.testing.assert_allclose(ends[0], [[0.0, 0.0, -0.002], [0.1, 0.0, -0.002]], atol=1e-12)
     np.testing.assert_allclose(ends[1], ends[0][::-1], atol=1e-12)
-    swung, _ = read_grind(read(f"ways: [{LINE}]\nswing: {{width: 0.01, length: 0.02}}\n"))
+    swung = read_grind(read(f"ways: [{LINE}]\nswing: {{width: 0.01, length: 0.02}}\n"))
     ((_, _, frames, _),) = swung.stretches(way, "way 1")
     assert np.ptp(frames[:, 1, 3]) == pytest.approx(0.01, rel=0.01)
 
@@ -175,9 +175,9 @@ def test_spots_are_welded_where_targets_are() -> None:
 
 
 def test_a_way_may_be_split_and_robots_move_along() -> None:
-    tool = read_grind(read(f"ways: [{LINE}]\nsplit: true\nexternal: [rail, table]\n"))[0].tool
+    tool = read_grind(read(f"ways: [{LINE}]\nsplit: true\nexternal: [rail, table]\n")).tool
     assert tool.split and tool.external == ("rail", "table") and not tool.straight
-    plain = read_grind(read(f"ways: [{LINE}]\n"))[0].tool
+    plain = read_grind(read(f"ways: [{LINE}]\n")).tool
     assert not plain.split and plain.external == ()
 
 

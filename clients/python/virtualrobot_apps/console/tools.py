@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections, films, paths, mappings, registrations, curves.
+"""Tools of the page that are no calls of the contract: connections, films, paths, mappings, curves, processes.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -21,6 +21,7 @@ from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
 from virtualrobot.motions.moves import messages_of
 from virtualrobot.v1 import token_pb2
 
+from virtualrobot_apps.console import processing
 from virtualrobot_apps.console.films import Films, camera_of, size_of
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
 from virtualrobot_apps.console.plots import Plots, curves_of
@@ -72,10 +73,18 @@ class PageTools:
             ("POST", "/trajectory"): (observer, self._trajectory),
             ("POST", "/mapping"): (observer, _mapping),
             # Whoever may look may measure; what is kept in the world is the kernel's to refuse.
-            ("POST", "/registration/touched"): (observer, lambda one: self._registered(one, by_touches)),
-            ("POST", "/registration/pictures"): (observer, lambda one: self._registered(one, by_pictures)),
+            ("POST", "/registration/touched"): (observer, lambda one: self._with_client(one, by_touches)),
+            ("POST", "/registration/pictures"): (observer, lambda one: self._with_client(one, by_pictures)),
             ("GET", "/streams"): (observer, lambda one: self._plots.streams(one.token)),
             ("POST", "/curves"): (observer, self._curves),
+            # Nothing of a process moves here: its program is the page's to start, and the kernel's to refuse.
+            ("GET", "/processes"): (observer, lambda _: processing.names()),
+            ("POST", "/processes/new"): (observer, lambda one: processing.new(one.said)),
+            ("POST", "/processes/read"): (observer, lambda one: processing.read(one.said)),
+            ("POST", "/processes/change"): (observer, lambda one: processing.change(one.said)),
+            ("POST", "/processes/edge"): (observer, lambda one: self._with_client(one, processing.edge)),
+            ("POST", "/processes/look"): (observer, lambda one: self._with_client(one, processing.look)),
+            ("POST", "/processes/plan"): (observer, lambda one: self._with_client(one, processing.plan)),
             # Whoever may look may film, as the kernel has it.
             ("GET", "/films"): (observer, lambda _: self._films.state()),
             ("POST", "/films/start"): (observer, self._start_film),
@@ -160,7 +169,7 @@ class PageTools:
         camera, size = camera_of(asked.said.get("camera")), size_of(asked.said.get("size"))
         self._films.start(asked.token, camera, size)
 
-    def _registered(self, asked: _Asked, by: Callable[[Client, Mapping[str, Any]], object]) -> object:
+    def _with_client(self, asked: _Asked, by: Callable[[Client, Mapping[str, Any]], object]) -> object:
         with self._connect(asked.token) as client:
             return by(client, asked.said)
 

@@ -10,8 +10,8 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
 from virtualrobot_apps.processes.sources.frames import WAVES, weave
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
@@ -79,11 +79,12 @@ def read_weld(item: Item) -> ArcWeld:
     return ArcWeld(torch, **found)  # pyright: ignore[reportArgumentType] each by its name
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of arc welding that a file describes, in the cell as it is; raises what `lead` raises."""
-    weld = read_weld(item)
-    led = lead(client, weld.torch, weld)
-    return led.with_measures(f"arc on for {led.seconds:.2f} s")
+def _told(_: Client, work: ArcWeld, led: Led) -> tuple[str, ...]:
+    return (f"arc on for {led.seconds:.2f} s",)
+
+
+plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told)
+"""The plan of arc welding that a file describes."""
 
 
 def _pass(item: Item) -> tuple[float, float]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 from virtualrobot.cli.options import Target, target_options
-from virtualrobot.errors import WrongStateError
 
 if TYPE_CHECKING:
     from virtualrobot import Client
@@ -19,6 +17,7 @@ _EXAMPLES = """
 \b
 Examples:
   virtualrobot process new arc_weld weld.yaml
+  virtualrobot process look weld.yaml
   virtualrobot process plan weld.yaml
   virtualrobot process plan weld.yaml --output weld-program.yaml
   virtualrobot process plan weld.yaml --report weld.html
@@ -52,6 +51,24 @@ def new(name: str, file: Path) -> None:
     except OSError as error:
         raise click.UsageError(f"{file} can't be written: {error.strerror}") from None
     click.echo(f"an example of {name} is in {file}")
+
+
+@process.command()
+@FILE
+@target_options
+def look(target: Target, file: Path) -> int:
+    """Tell where along its ways the tool gets to, and where something would touch, before it is planned.
+
+    The exit code is 0 where it gets to all places, each for itself, without touching anything, else 1.
+    """
+    from virtualrobot_apps.processes.process import look_file
+
+    with target.connect() as client:
+        found = look_file(client, file)
+    for one in found:
+        for line in one.lines():
+            click.echo(line)
+    return 0 if all(one.is_free for one in found) else 1
 
 
 @process.command()
@@ -114,11 +131,8 @@ def planned(client: Client, file: Path) -> PlannedProcess:
     """Return the process of a file as it is planned in the cell, and tell what it comes to.
 
     Raises:
-        WrongStateError: where a package is missing that processes need.
         VirtualRobotError: as `plan_file` does.
     """
-    if missing := [name for name in ("scipy", "trimesh") if find_spec(name) is None]:
-        raise WrongStateError(f"processes need {' and '.join(missing)}: pip install 'virtualrobot[processes]'")
     from virtualrobot_apps.processes.process import plan_file
 
     made = plan_file(client, file)

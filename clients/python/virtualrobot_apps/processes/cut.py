@@ -9,8 +9,8 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -61,12 +61,13 @@ def read_cut(item: Item) -> Cut:
     return Cut(head, read_switch(fields.get("beam")), kerf, side, thickness)
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of cutting that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_cut(item)
-    led = lead(client, work.head, work)
+def _told(_: Client, work: Cut, led: Led) -> tuple[str, ...]:
     told = [f"the beam is on for {led.seconds:.2f} s"]
     if work.thickness:
         away = 1e6 * work.kerf * work.thickness * sum(one.way.length for one in led.stretches)
         told.append(f"{away:.4g} cm^3 are cut away")
-    return led.with_measures(*told)
+    return tuple(told)
+
+
+plan = AlongWays(lambda _, item: read_cut(item), lambda work: work.head, _told)
+"""The plan of cutting that a file describes."""

@@ -11,8 +11,8 @@ from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -78,10 +78,11 @@ def read_dispense(item: Item) -> Dispense:
     return Dispense(gun, Bead(width, height), read_switch(fields.get("valve")))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of dispensing that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_dispense(item)
-    led = lead(client, work.gun, work)
+def _told(_: Client, work: Dispense, led: Led) -> tuple[str, ...]:
     volume = 1e6 * work.bead.area * sum(one.way.length for one in led.stretches)
     flow = 1e6 * work.bead.area * work.gun.speed
-    return led.with_measures(f"{volume:.3g} ml in beads, at {flow:.3g} ml/s, the valve open for {led.seconds:.2f} s")
+    return (f"{volume:.3g} ml in beads, at {flow:.3g} ml/s, the valve open for {led.seconds:.2f} s",)
+
+
+plan = AlongWays(lambda _, item: read_dispense(item), lambda work: work.gun, _told)
+"""The plan of dispensing that a file describes."""

@@ -9,9 +9,9 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
@@ -67,10 +67,11 @@ def read_drill(item: Item) -> Drill:
     return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")), solid)
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of drilling that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_drill(item)
-    led = lead(client, work.drill, work)
+def _told(client: Client, work: Drill, led: Led) -> tuple[str, ...]:
     work.spindle.off(led.program)
-    told = f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s"
-    return led.with_measures(*measures(client, led, work.solid), told)
+    ways = f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s"
+    return (*measures(client, led, work.solid), ways)
+
+
+plan = AlongWays(lambda _, item: read_drill(item), lambda work: work.drill, _told)
+"""The plan of drilling that a file describes."""

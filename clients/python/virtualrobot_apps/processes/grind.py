@@ -9,8 +9,8 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
 from virtualrobot_apps.processes.sources.frames import weave
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -24,12 +24,14 @@ class Grind:
         motor: the signal of its motor.
         strokes: how often each way is gone, every other time back.
         swing: width and length of waves from side to side; None without.
+        force: of the spring (N); None where its stiffness is not told.
     """
 
     tool: Leading
     motor: Switch
     strokes: int = 1
     swing: tuple[float, float] | None = None
+    force: float | None = None
     what: str = "way"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -47,8 +49,8 @@ class Grind:
         return self.motor.along(program, path, name)
 
 
-def read_grind(item: Item) -> tuple[Grind, float | None]:
-    """Return what a file says, and the force (N) of the spring; raises MalformedFileError for what it says wrong."""
+def read_grind(item: Item) -> Grind:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
     known = (*FIELDS, "ways", "tool", "motor", "press", "stiffness", "strokes", "swing")
     fields = item.fields(known, ("robot", "ways", "speed"))
     tool = read_leading(fields, fields["ways"], fields.get("tool"))
@@ -65,12 +67,14 @@ def read_grind(item: Item) -> tuple[Grind, float | None]:
         waves = fields["swing"].fields(("width", "length"), ("width", "length"))
         swing = (waves["width"].number(1e-6, 0.2), waves["length"].number(1e-6, 1.0))
     strokes = fields["strokes"].whole(1, 100) if "strokes" in fields else 1
-    return Grind(replace(tool, standoff=tool.standoff - press), read_switch(fields.get("motor")), strokes, swing), force
+    pressed = replace(tool, standoff=tool.standoff - press)
+    return Grind(pressed, read_switch(fields.get("motor")), strokes, swing, force)
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of grinding that a file describes, in the cell as it is; raises what `lead` raises."""
-    work, force = read_grind(item)
-    led = lead(client, work.tool, work)
-    pressed = "" if force is None else f", pressed on by {force:.3g} N"
-    return led.with_measures(f"on its ways for {led.seconds:.2f} s{pressed}")
+def _told(_: Client, work: Grind, led: Led) -> tuple[str, ...]:
+    pressed = "" if work.force is None else f", pressed on by {work.force:.3g} N"
+    return (f"on its ways for {led.seconds:.2f} s{pressed}",)
+
+
+plan = AlongWays(lambda _, item: read_grind(item), lambda work: work.tool, _told)
+"""The plan of grinding that a file describes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -146,6 +146,25 @@ class Process(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Wanted:
+    """Stretch that a tool is to go: a way of a source, or a pass on it.
+
+    Attributes:
+        source: where it is from.
+        name: what it is called.
+        way: the way, in the frame of the source's first part.
+        frames: (n, 4, 4) of the tool, in that frame.
+        speed: along them (m/s).
+    """
+
+    source: Source
+    name: str
+    way: Way
+    frames: Floats
+    speed: float
+
+
 def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> Leading:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
     found: dict[str, object] = {}
@@ -229,10 +248,35 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
         MalformedFileError: for what the file says wrong, with file and line.
         VirtualRobotError: for what can't be done, with the source where it stands.
     """
-    robot, cell = client.robot(leading.robot), cell_of(client)
+    robot = client.robot(leading.robot)
     program, measures = client.program(), list[str]()
     here: dict[str, float] = {}
     working, gone = 0.0, list[Stretch]()
+    for one in wanted(client, leading, process):
+        name = one.name
+        try:
+            paths = _paths(client, leading, one)
+            gone.append(Stretch(one.source.parts, one.way, *_gone(one.frames, [path for _, path in paths])))
+            for name, path in paths:
+                before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
+                if path.external:
+                    # A free path is looked for where all else stands as it does now.
+                    program.move(robot.ptp(before), *_external(client, path))
+                else:
+                    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                program.move(_straight(client, robot, path.start_joints, leading))
+                working += process.along(program, path, name)
+                program.move(_straight(client, robot, behind, leading))
+                here = behind
+                measures.append(_measure(name, one.way.length if name == one.name else path.length, path))
+        except VirtualRobotError as error:
+            raise _at(one.source.item, name, error) from None
+    return Led(program, tuple(measures), working, tuple(gone))
+
+
+def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wanted]:
+    """Yield what the tool of a process is to go, one after the other; raises as `lead` does for the ways."""
+    cell = cell_of(client)
     for number, source in enumerate(leading.sources, 1):
         name = f"{process.what} {number}"
         try:
@@ -241,34 +285,18 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
             for row, way in enumerate(ways, 1):
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):
-                    name = told
-                    paths = _paths(client, leading, told, frames, speed, source.parts[0])
-                    gone.append(Stretch(source.parts, there, *_gone(frames, [path for _, path in paths])))
-                    for name, path in paths:
-                        before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
-                        if path.external:
-                            # A free path is looked for where all else stands as it does now.
-                            program.move(robot.ptp(before), *_external(client, path))
-                        else:
-                            program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
-                        program.move(_straight(client, robot, path.start_joints, leading))
-                        working += process.along(program, path, name)
-                        program.move(_straight(client, robot, behind, leading))
-                        here = behind
-                        measures.append(_measure(name, there.length if name == told else path.length, path))
+                    yield Wanted(source, told, there, frames, speed)
         except VirtualRobotError as error:
             raise _at(source.item, name, error) from None
-    return Led(program, tuple(measures), working, tuple(gone))
 
 
-def _paths(
-    client: Client, leading: Leading, name: str, frames: Floats, speed: float, reference: str
-) -> list[tuple[str, ToolPath]]:
-    """Return the tool paths along frames (n, 4, 4), by their names: one, or the fewest where they may be split."""
-    led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": reference, "external": leading.external}
+def _paths(client: Client, leading: Leading, one: Wanted) -> list[tuple[str, ToolPath]]:
+    """Return the tool paths along what is wanted, by their names: one, or the fewest where they may be split."""
+    name, where = one.name, one.source.parts[0]
+    led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": where, "external": leading.external}
     if not leading.split:
-        return [(name, client.paths.find_tool_path(leading.robot, frames, speed, **led))]
-    parts = client.paths.find_tool_path_parts(leading.robot, frames, speed, **led)
+        return [(name, client.paths.find_tool_path(leading.robot, one.frames, one.speed, **led))]
+    parts = client.paths.find_tool_path_parts(leading.robot, one.frames, one.speed, **led)
     for part in parts:
         if part.refusal is not None:
             raise part.refusal

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from virtualrobot import Client, Program, ToolPath
@@ -11,8 +11,8 @@ from virtualrobot.errors import UnreachableError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 SEARCH = 0.01
@@ -109,16 +109,15 @@ def read_measure(item: Item) -> Measure:
     return Measure(probe, fields["node"].text(), radius, search, read_switch(fields.get("touch")))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of measuring that a file describes, in the cell as it is; raises what `lead` raises."""
+def _begun(client: Client, item: Item) -> Measure:
     said = read_measure(item)
     client.scene[said.node]
-    work = Measure(said.probe, said.node, said.radius, said.search, said.touch, client)
-    led = lead(client, work.probe, work)
+    return replace(said, client=client, touched=Touched())
+
+
+def _told(_: Client, work: Measure, led: Led) -> tuple[str, ...]:
     found = work.touched
-    return led.with_measures(
-        *report(np.array(found.points), np.array(found.normals), np.array(found.beyond), work.node)
-    )
+    return report(np.array(found.points), np.array(found.normals), np.array(found.beyond), work.node)
 
 
 def report(points: Floats, normals: Floats, beyond: Floats, node: str) -> tuple[str, ...]:
@@ -157,3 +156,7 @@ def fitted(points: Floats, normals: Floats, beyond: Floats) -> tuple[Floats, Flo
     turn: Floats = found[3:] / size
     shift: Floats = found[:3] - np.asarray(np.cross(turn, middle), np.float64)
     return shift, turn, int(there.sum())
+
+
+plan = AlongWays(_begun, lambda work: work.probe, _told)
+"""The plan of measuring that a file describes."""

@@ -10,9 +10,9 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item, read_text
 from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
 from virtualrobot_apps.processes.source import beside
 from virtualrobot_apps.processes.sources.corners import rounded
 from virtualrobot_apps.processes.sources.gcode import read_gcode
@@ -76,9 +76,10 @@ def read_mill(item: Item) -> Mill:
     return Mill(replace(cutter, straight=True), iter(feeds), read_switch(fields.get("spindle")), read_cutter(fields))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of milling that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_mill(item)
-    led = lead(client, work.cutter, work)
+def _told(client: Client, work: Mill, led: Led) -> tuple[str, ...]:
     work.spindle.off(led.program)
-    return led.with_measures(*measures(client, led, work.solid), f"cutting for {led.seconds:.2f} s")
+    return (*measures(client, led, work.solid), f"cutting for {led.seconds:.2f} s")
+
+
+plan = AlongWays(lambda _, item: read_mill(item), lambda work: work.cutter, _told)
+"""The plan of milling that a file describes."""

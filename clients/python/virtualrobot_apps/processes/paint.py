@@ -11,10 +11,10 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
-from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, Stretch, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, Stretch, read_leading
 from virtualrobot_apps.processes.part import part_mesh
-from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 FINE = 0.06
@@ -60,12 +60,9 @@ def read_paint(item: Item) -> Paint:
     return Paint(gun, Jet(jet["width"].number(1e-3, 2.0), gun.standoff, flow), read_switch(fields.get("trigger")))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of painting that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_paint(item)
-    led = lead(client, work.gun, work)
+def _told(client: Client, work: Paint, led: Led) -> tuple[str, ...]:
     told = [measure(parts, film) for parts, film in films(client, work, led)]
-    return led.with_measures(*told, f"the gun sprays for {led.seconds:.2f} s")
+    return (*told, f"the gun sprays for {led.seconds:.2f} s")
 
 
 def films(client: Client, work: Paint, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
@@ -93,3 +90,7 @@ def measure(parts: tuple[str, ...], film: Film) -> str:
         f"most, spread {100 * film.spread:.3g}%, {100 * film.thinner(THIN * film.mean):.3g}% of it thinner than "
         f"half the mean, {100 * film.overspray:.3g}% beside the part"
     )
+
+
+plan = AlongWays(lambda _, item: read_paint(item), lambda work: work.gun, _told)
+"""The plan of painting that a file describes."""

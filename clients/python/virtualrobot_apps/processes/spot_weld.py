@@ -9,8 +9,8 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +57,9 @@ def read_spot_weld(item: Item) -> SpotWeld:
     return SpotWeld(tongs, signal, weld["seconds"].number(0.001, 60.0))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of spot welding that a file describes, in the cell as it is; raises what `lead` raises."""
-    work = read_spot_weld(item)
-    led = lead(client, work.tongs, work)
-    return led.with_measures(f"{len(led.stretches)} spots, welded for {led.seconds:.2f} s in all")
+def _told(_: Client, work: SpotWeld, led: Led) -> tuple[str, ...]:
+    return (f"{len(led.stretches)} spots, welded for {led.seconds:.2f} s in all",)
+
+
+plan = AlongWays(lambda _, item: read_spot_weld(item), lambda work: work.tongs, _told)
+"""The plan of spot welding that a file describes."""

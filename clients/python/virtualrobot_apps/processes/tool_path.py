@@ -9,8 +9,8 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
-from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.along import AlongWays
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
@@ -42,8 +42,9 @@ def read_follow(item: Item) -> Follow:
     return Follow(read_leading(fields, fields["ways"], fields.get("tool")), read_switch(fields.get("signal")))
 
 
-def plan(client: Client, item: Item) -> PlannedProcess:
-    """Return the plan of what a file describes, in the cell as it is; raises what `lead` raises."""
-    follow = read_follow(item)
-    led = lead(client, follow.tool, follow)
-    return led.with_measures(f"on its ways for {led.seconds:.2f} s")
+def _told(_: Client, work: Follow, led: Led) -> tuple[str, ...]:
+    return (f"on its ways for {led.seconds:.2f} s",)
+
+
+plan = AlongWays(lambda _, item: read_follow(item), lambda work: work.tool, _told)
+"""The plan of ways that a file describes."""

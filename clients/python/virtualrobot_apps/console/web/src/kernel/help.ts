@@ -43,6 +43,7 @@ export const ABOUT: Record<string, About> = {
   program: { name: "Program", says: ["Steps that are played in order: taught targets, tools, signals, waits, picks and places. Play, single step, and back to before Play.", "Save it as a file that programs and the command line run, too."] },
   curves: { name: "Curves", says: ["Draw any number of any stream over time: /robots/arm/tcp:speed, /sensors/wrist/reading:force/z, or a difference, A - B. A sensor reads while it is drawn."] },
   trajectory: { name: "Trajectory", says: ["Drop a CSV or JSON file of joints at times: it is checked, plotted, shown as a ghost, played, and compared with what was measured."] },
+  process: { name: "Process", says: ["A file of a process, such as a weld, as a text. Pick an edge in the view, look where along it the tool gets to (green), something would touch (orange) or it is out of reach (red), then plan and run it."] },
   signals: { name: "Signals", says: ["Values of inputs and outputs, what connects them with machines outside, and their timing."] },
   collisions: { name: "Collisions", says: ["What touches now, what began and ended to touch, how far things are apart, which pairs may touch, and what is done about the rest."] },
   traces: { name: "Traces", says: ["The way of a tool or any node, drawn in the view and kept as a table."] },

@@ -1,4 +1,4 @@
-// What happens below the view: joints and anything else over time, the program as steps and as a text, a trajectory, signals, collisions, traces, the modeller, history, messages.
+// What happens below the view: joints and anything else over time, the program as steps and as a text, a trajectory, a process, signals, collisions, traces, the modeller, history, messages.
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
@@ -14,6 +14,7 @@ import { Collisions } from "./collisions";
 import { CurvesPanel } from "./curves";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
+import { Process } from "./process";
 import { Program } from "./program";
 import { Proposals, waiting } from "./proposals";
 import { Signals } from "./signals";
@@ -31,6 +32,7 @@ export function toolsBelow(): Tab[] {
     { id: "program", icon: "list-video", name: "Program", count: lines.value.length, panel: Program },
     { id: "code", icon: "code", name: "Code", panel: Code },
     { id: "trajectory", icon: "spline", name: "Trajectory", panel: TrajectoryControl },
+    { id: "process", icon: "waypoints", name: "Process", panel: Process },
     { id: "proposals", icon: "hand-helping", name: "Proposals", count: waiting(), panel: Proposals },
     { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size, panel: Signals },
     { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true, panel: Collisions },

@@ -63,6 +63,12 @@ export function featureAt(view: Viewport, pointer: Pointer): Found | undefined {
   return { node, feature: corner ? { kind: "corner", point: corner.clone() } : (surface?.axisAt(triangle, point, reach) ?? face) };
 }
 
+/** Returns the place of a face that the pointer is at; undefined where it is at no node. */
+export function placeAt(view: Viewport, pointer: Pointer): Found | undefined {
+  const met = metAt(view, pointer);
+  return met && { node: met.node, feature: { kind: "face", point: met.point, direction: met.normal } };
+}
+
 /** Returns the axis that the pointer is at: of an edge, or of the wall of a hole or a pin; undefined for none. */
 export function axisAt(view: Viewport, pointer: Pointer): { node: string; feature: Axis } | undefined {
   const met = metAt(view, pointer), axis = met?.surface?.axisAt(met.triangle, met.point, AXIS_NEAR_PIXELS * met.pixel);

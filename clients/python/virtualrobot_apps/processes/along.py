@@ -1,0 +1,43 @@
+"""Processes whose tool is led along ways: planned, and looked along before, to see where the tool gets to at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from virtualrobot import Client
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.processes.leading import Leading, Led, Process, lead, wanted
+from virtualrobot_apps.processes.looking import look_along
+from virtualrobot_apps.processes.process import Look, PlannedProcess
+
+Work = TypeVar("Work", bound=Process)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AlongWays(Generic[Work]):
+    """Process of one kind, as an entry point gives it: called, it plans what a file describes.
+
+    Attributes:
+        read: what a file says; raises MalformedFileError, with file and line, for what it says wrong.
+        leading: how its tool is led.
+        told: lines about its plan, beside those about each way.
+    """
+
+    read: Callable[[Client, Item], Work]
+    leading: Callable[[Work], Leading]
+    told: Callable[[Client, Work, Led], Iterable[str]]
+
+    def __call__(self, client: Client, item: Item) -> PlannedProcess:
+        """Return the plan in the cell as it is; raises what `lead` raises."""
+        work = self.read(client, item)
+        led = lead(client, self.leading(work), work)
+        return led.with_measures(*self.told(client, work, led))
+
+    def look(self, client: Client, item: Item) -> tuple[Look, ...]:
+        """Return where the tool gets to on each way, in the cell as it is; raises what `lead` raises for the ways."""
+        work = self.read(client, item)
+        leading = self.leading(work)
+        return look_along(client, leading, list(wanted(client, leading, work)))
