@@ -86,17 +86,6 @@ def test_loops_within_each_other_that_are_too_many_have_a_line() -> None:
     assert fault == "22:1: too many loops and conditions are nested within each other here"
 
 
-def test_tools_and_work_objects_that_are_held_otherwise_are_told_before_anything_moves() -> None:
-    data = """
-        PERS tooldata torch := [FALSE, [[0, 0, 0], [1, 0, 0, 0]], [1, [0, 0, 1], [1, 0, 0, 0], 0, 0, 0]];
-        PERS wobjdata plate := [TRUE, TRUE, "", [[0, 0, 0], [1, 0, 0, 0]], [[0, 0, 0], [1, 0, 0, 0]]];
-        VAR robtarget there;"""
-    move = r"MoveJ there, v100, fine, torch \WObj:=plate;"
-    first, second = faults(f"MODULE Tried {data} PROC main() {move} ENDPROC ENDMODULE")
-    assert first.endswith("a stationary tool (robhold FALSE) can't be used here yet")
-    assert second.endswith("a work object that the robot holds (robhold TRUE) can't be used here yet")
-
-
 def test_declarations_are_looked_at_in_all_modules() -> None:
     found = faults(
         """

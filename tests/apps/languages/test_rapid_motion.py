@@ -296,7 +296,7 @@ def test_what_can_not_be_done_is_said_at_its_line(client: virtualrobot.Client, a
     for statements, expected in [
         (
             "grip.robhold := FALSE; MoveJ above, v100, fine, grip;",
-            "a stationary tool (robhold FALSE) can't be used here yet",
+            "a stationary tool (robhold FALSE) needs a work object that the robot holds",
         ),
         (r"table.robhold := TRUE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object that the robot holds"),
         (r"table.ufprog := FALSE; MoveJ above, v100, fine, grip \WObj:=table;", "is on the mechanical unit"),

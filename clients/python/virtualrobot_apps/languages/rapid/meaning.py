@@ -29,11 +29,6 @@ _ARITHMETIC: dict[str, dict[tuple[Type, Type], Type]] = {
     "mod": {(NUM, NUM): NUM, (_DNUM, _DNUM): _DNUM},
 }
 """Result of each operator by the types of its two values."""
-HELD = {
-    "tooldata": [(True, "a stationary tool (robhold FALSE)")],
-    "wobjdata": [(False, "a work object that the robot holds (robhold TRUE)")],
-}
-"""Values that the first components of tools and work objects have here, and what others would be."""
 
 
 def predefined() -> dict[str, Symbol]:
@@ -396,17 +391,6 @@ class Meaning:
         self.expect(value, wanted, what)
         if parameter.mode != "in":
             self.reference(value, parameter.mode, what)
-        if wanted.name in HELD:
-            self._held(value, wanted.name)
-
-    def _held(self, value: tree.Expression, type_name: str) -> None:
-        """Tell of a tool or work object whose first value says that it is held as none here can be."""
-        found = self.root(value)
-        first = found.node.value if found is not None and found.node is not None else None
-        if isinstance(first, tree.Aggregate):
-            for item, (wanted, said) in zip(first.items, HELD[type_name], strict=False):
-                if isinstance(item, tree.Truth) and item.value is not wanted:
-                    self.error(value.at, f"{said} can't be used here yet")
 
     def reference(self, value: tree.Expression, mode: str, what: str) -> None:
         """Look whether a value is a variable that somebody may get as one."""

@@ -16,6 +16,7 @@ from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot.geometry import Matrix
 
+from virtualrobot_apps.languages.rapid.apart import Apart, on_flange, stands
 from virtualrobot_apps.languages.rapid.configuration import confdata, configuration_at
 from virtualrobot_apps.languages.rapid.external import External
 from virtualrobot_apps.languages.rapid.faults import RapidFault
@@ -59,6 +60,7 @@ class Placed(Signals):
         self.concurrent = False
         self.seconds: float | None = None
         self._tools: dict[str, str] = {}
+        self.apart: Apart | None = None
         state = self.robot.state
         self._before = (state.tool or None, state.tool_center_point or None)
         self._tool: list[Any] | None = None
@@ -98,7 +100,9 @@ class Placed(Signals):
         if wobj is None:
             return self.displacement
         if wobj[0]:
-            raise RapidFault("ERR_ARGVALERR", "a work object that the robot holds (robhold) can't be used here yet")
+            raise RapidFault(
+                "ERR_ARGVALERR", "a work object that the robot holds (robhold TRUE) can't be used for this"
+            )
         if not wobj[1]:
             if self.external is None:
                 raise RapidFault("ERR_ARGVALERR", _no_unit(wobj[2]))
@@ -106,30 +110,57 @@ class Placed(Signals):
             return np.linalg.inv(self.base) @ plate @ matrix_of(wobj[4]) @ self.displacement
         return matrix_of(wobj[3]) @ matrix_of(wobj[4]) @ self.displacement
 
-    def use_tool(self, tool: list[Any]) -> None:
-        """Work with a tool from now on; the robot stands when it changes to another one."""
-        if not tool[0]:
-            raise RapidFault("ERR_ARGVALERR", "a stationary tool (robhold FALSE) can't be used here yet")
+    def use_tool(self, tool: list[Any], wobj: list[Any] | None = None) -> None:
+        """Work with a tool from now on; the robot stands when it changes to another one.
+
+        Of a stationary one the kernel's tool is the work object, which the robot holds.
+        """
+        apart = stands(tool, wobj)
+        key = [*tool[1], *wobj[3:]] if apart and wobj else tool[1]
         self.tool = deepcopy(tool)
-        if tool[1] == self._tool:
+        if key == self._tool:
             return
+        if apart and self.external is not None and self.external.carried:
+            raise RapidFault("ERR_ARGVALERR", "a stationary tool can't be used on a rail yet")
         self.queue.close()
-        pose = matrix_of(tool[1])
-        name = None
-        if not np.allclose(pose, np.eye(4), atol=1e-12):
-            key = repr(tool[1])
-            name = self._tools.get(key)
-            if name is None:
-                number = len(self._tools) + 1
-                while f"{self.robot.name}.rapid-tool-{number}" in self.client.scene:
-                    number += 1
-                name = self._tools[key] = f"{self.robot.name}.rapid-tool-{number}"
-                self.client.scene.add_tool(name, self.robot.flange, tool_center_points={"tcp": pose})
+        pose = on_flange(wobj) if apart and wobj else matrix_of(tool[1])
+        name, self.apart = None, None
+        if apart or not np.allclose(pose, np.eye(4), atol=1e-12):
+            name = self._node(repr(key), lambda name: self._mount(name, pose, apart))
+        if apart and name is not None:
+            there = matrix_of(tool[1])
+            stand = self._node(
+                f"{key} stands",
+                lambda name: self.client.scene.add_frame(name, pose=there, parent=self.robot.name, size=0.05),
+            )
+            self.apart = Apart(stand, name, there)
         if (self._tool, name, self._before) != (None, None, (None, None)):  # else it is selected as the program begins
             self.client.scene.select_tool(self.robot.name, name)
-        self._tool = [list(tool[1][0]), list(tool[1][1])]
+        self._tool = deepcopy(key)
         self._flange_t_tcp = pose
         self._place = None
+
+    def _mount(self, name: str, pose: Matrix, apart: bool) -> None:
+        """Mount a tool with its tool centre point at a pose on the flange, and its frame where it is a workpiece."""
+        at, tcp = (pose, np.eye(4)) if apart else (np.eye(4), pose)
+        self.client.scene.add_tool(name, self.robot.flange, pose=at, tool_center_points={"tcp": tcp})
+
+    def _node(self, key: str, add: Callable[[str], object]) -> str:
+        """Return the name of a node that goes with the program, which is added the first time."""
+        name = self._tools.get(key)
+        if name is None:
+            number = len(self._tools) + 1
+            while f"{self.robot.name}.rapid-tool-{number}" in self.client.scene:
+                number += 1
+            name = self._tools[key] = f"{self.robot.name}.rapid-tool-{number}"
+            add(name)
+        return name
+
+    def place_of(self, target: list[Any], wobj: list[Any] | None, axes: np.ndarray | None = None) -> Matrix:
+        """Return where the kernel's tool centre point is at a place, in RAPID's world frame."""
+        if self.apart is not None:
+            return self.apart.placed(self.displacement @ matrix_of(target))
+        return self.frame(wobj, axes) @ matrix_of(target)
 
     @property
     def base(self) -> Matrix:
@@ -229,8 +260,14 @@ class Placed(Signals):
         state, flange = self.robot.state, self.client.scene.pose(self.robot.flange)
         conf = configuration_at(self.robot, list(state.positions))
         axes = self.axes_now()
-        pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj, axes)) @ flange @ matrix_of(tool[1]))
-        return [*pose, conf, self.axes_told(axes)]
+        pose = self._seen(np.linalg.inv(self.base) @ flange, tool, wobj, axes)
+        return [*pose_of(pose), conf, self.axes_told(axes)]
+
+    def _seen(self, flange: Matrix, tool: list[Any], wobj: list[Any] | None, axes: np.ndarray) -> Matrix:
+        """Return where a tool is in a work object, with the flange at a pose in RAPID's world frame."""
+        if stands(tool, wobj) and wobj:
+            return np.linalg.inv(flange @ on_flange(wobj) @ self.displacement) @ matrix_of(tool[1])
+        return np.linalg.inv(self.frame(wobj, axes)) @ flange @ matrix_of(tool[1])
 
     def target_at(
         self, joints: np.ndarray, tool: list[Any] | None, wobj: list[Any] | None, axes: np.ndarray | None = None
@@ -251,15 +288,18 @@ class Placed(Signals):
         """Return the robtarget of a tool, where joints (rad) bring the tool centre point of now to a pose."""
         conf = configuration_at(self.robot, joints.tolist())
         flange = place @ np.linalg.inv(self._selected())
-        tcp = flange @ (matrix_of(tool[1]) if tool is not None else self._selected())
-        pose = pose_of(np.linalg.inv(self.frame(wobj, axes)) @ tcp)
-        return [*pose, conf, self.axes_told(axes)]
+        pose = self._seen(flange, self.tool if tool is None else tool, wobj, axes)
+        return [*pose_of(pose), conf, self.axes_told(axes)]
 
     def joints_for(self, target: list[Any], tool: list[Any], wobj: list[Any] | None) -> np.ndarray:
         """Return the joints (rad) that bring a tool to a place, with its configuration where one has it."""
         axes = self.axes_of(target[3])
-        pose = self.frame(wobj, axes) @ matrix_of(target) @ np.linalg.inv(matrix_of(tool[1])) @ self._selected()
-        return self.solved(pose, target[2], axes)[0]
+        if stands(tool, wobj) and wobj:
+            held = matrix_of(tool[1]) @ np.linalg.inv(self.displacement @ matrix_of(target))
+            flange = held @ np.linalg.inv(on_flange(wobj))
+        else:
+            flange = self.frame(wobj, axes) @ matrix_of(target) @ np.linalg.inv(matrix_of(tool[1]))
+        return self.solved(flange @ self._selected(), target[2], axes)[0]
 
     def joints_now(self, wait: bool = True) -> np.ndarray:
         """Return the joints (rad) where the robot is, as `target_now`."""
@@ -291,7 +331,7 @@ class Placed(Signals):
             self.client.scene.select_tool(self.robot.name, *self._before)
             for name in self._tools.values():
                 self.client.scene.remove(name)
-            self._tool, self._tools = None, {}
+            self._tool, self._tools, self.apart = None, {}, None
 
 
 def _no_unit(unit: str) -> str:

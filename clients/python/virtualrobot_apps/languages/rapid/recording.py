@@ -12,6 +12,7 @@ from virtualrobot.motions.program import Program
 
 from virtualrobot_apps.languages.core.motion import MotionQueue, SignalValue, Step
 from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.rapid.apart import stands
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
 from virtualrobot_apps.languages.rapid.frames import matrix_of
 from virtualrobot_apps.languages.rapid.symbols import Use
@@ -109,8 +110,10 @@ class _Paper(World):
         known = {one.name.lower() for one in self.client.signals.read()}
         super().find_signals(use for use in uses if use.name.lower() in known)
 
-    def use_tool(self, tool: list[Any]) -> None:
+    def use_tool(self, tool: list[Any], wobj: list[Any] | None = None) -> None:
         """Work with the chosen tool, which must be this one."""
+        if stands(tool, wobj):
+            _refuse("works with a stationary tool")
         state = self.robot.state
         chosen = np.linalg.inv(self.client.scene.pose(self.robot.flange)) @ state.world_t_tcp
         if np.abs(chosen - matrix_of(tool[1])).max() > SAME:

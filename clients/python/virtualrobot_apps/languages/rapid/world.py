@@ -20,6 +20,7 @@ from virtualrobot_apps.languages.core.motion import Step
 from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.core.zones import Corner, Zone, size_of, zone_of
+from virtualrobot_apps.languages.rapid.apart import Apart
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.frames import matrix_of
@@ -47,18 +48,25 @@ class On:
         reference: the node whose frame it is.
         reference_t_rapid: RAPID's world frame in it, 4x4.
         turned: how what stands on the node moves in RAPID's world frame on the way; None: the node stands still.
+        apart: the stationary tool whose way it is, on the work object that is the node; None: the tool is held.
     """
 
     reference: str
     reference_t_rapid: Matrix
     turned: Matrix | None = None
+    apart: Apart | None = None
 
     def goal(self, place: Matrix) -> Matrix:
         """Return a place in RAPID's world frame in that of the node."""
         return self.reference_t_rapid @ place
 
     def start(self, place: Matrix) -> Matrix:
-        """Return where a place on the node is at the end of the way, in RAPID's world frame."""
+        """Return where a place on the node is at the end of the way, in RAPID's world frame.
+
+        Of a stationary tool it is that of the tool on the work object, which is at the place.
+        """
+        if self.apart is not None:
+            return self.apart.seen(place)
         return place if self.turned is None else self.turned @ place
 
 
@@ -76,7 +84,7 @@ class World(Placed):
         super().__init__(client, robot, say, external)
         self._turning = TURNING
         self._timed: float | None = None
-        self._levels: list[tuple[np.ndarray | None, Matrix | None, np.ndarray, list[Any]]] = []
+        self._levels: list[tuple[np.ndarray | None, Matrix | None, np.ndarray, list[Any], list[Any]]] = []
 
     @contextmanager
     def move_with(self, concurrent: bool | None, number: float | None) -> Iterator[None]:
@@ -150,13 +158,15 @@ class World(Placed):
 
     def keep_axes(self, target: list[Any]) -> None:
         """Refuse a place that has external axes elsewhere than they are, for a move that leaves them there."""
+        if self.apart is not None:
+            raise RapidFault("ERR_ARGVALERR", "a stationary tool can't move with triggers or in a search yet")
         if self._beside(self.axes_of(target[3]), CONSTANTS["vmax"][1]):
             raise RapidFault("ERR_ARGVALERR", "external axes can't move with triggers or in a search yet")
 
     def goal_of(self, target: list[Any], wobj: list[Any] | None) -> np.ndarray:
         """Return the joints (rad) of a place, with its configuration where ConfJ is on."""
         axes = self.axes_of(target[3])
-        pose = self.frame(wobj, axes) @ matrix_of(target)
+        pose = self.place_of(target, wobj, axes)
         goal, found, fits = self.solved(pose, target[2] if self.configurations else None, axes)
         if not fits:
             self.note(
@@ -168,30 +178,33 @@ class World(Placed):
     def move_joints_to(self, target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None) -> None:
         """Move all joints to a place, with its configuration where ConfJ is on."""
         self.move_joints(self.goal_of(target, wobj), speed, zone, self.axes_of(target[3]))
-        self._place = self.frame(wobj) @ matrix_of(target)
+        self._place = self.place_of(target, wobj)
 
     def move_line(self, target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None) -> None:
         """Move the tool centre point along a line."""
         axes = self.axes_of(target[3])
-        pose, beside = self.frame(wobj, axes) @ matrix_of(target), self._beside(axes, speed)
+        place, beside = self.place_of(target, wobj, axes), self._beside(axes, speed)
         on = self._turned(wobj, axes, beside)
-        velocity = self.velocity(pose, speed, None, on.start(self.place_now()))
-        rounding = self._corner(zone, velocity, pose, axes)
+        start, pose = on.start(self.place_now()), place if on.apart is None else on.start(place)
+        velocity = self.velocity(pose, speed, None, start)
+        rounding = self._corner(zone, velocity, start, pose, axes)
         self.add_line(pose, self._freely(velocity, rounding), rounding, on, beside)
-        self.arrived(pose, target)
+        self.arrived(place, target)
 
     def move_arc(
         self, via: list[Any], target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None
     ) -> None:
         """Move the tool centre point along an arc through a place."""
         axes = self.axes_of(target[3])
-        frame, beside = self.frame(wobj, axes), self._beside(axes, speed)
-        pose, point = frame @ matrix_of(target), (frame @ matrix_of(via))[:3, 3]
+        place, through = (self.place_of(one, wobj, axes) for one in (target, via))
+        beside = self._beside(axes, speed)
         on = self._turned(wobj, axes, beside)
-        velocity = self.velocity(pose, speed, point, on.start(self.place_now()))
-        rounding = self._corner(zone, velocity, pose, axes)
-        self.add_arc(self.place_now(), point, pose, self._freely(velocity, rounding), rounding, on, beside)
-        self.arrived(pose, target)
+        start = on.start(self.place_now())
+        pose, point = (place, through[:3, 3]) if on.apart is None else (on.start(place), on.start(through)[:3, 3])
+        velocity = self.velocity(pose, speed, point, start)
+        rounding = self._corner(zone, velocity, start, pose, axes)
+        self.add_arc(start, point, pose, self._freely(velocity, rounding), rounding, on, beside)
+        self.arrived(place, target)
 
     def add_line(
         self, pose: Matrix, velocity: float, zone: Zone, on: On | None = None, beside: Sequence[Move] = ()
@@ -219,17 +232,17 @@ class World(Placed):
             return self.robot.circular(found.goal(middle)[:3, 3], found.goal(pose), **self._along(velocity, found))
 
         def rest() -> Step:
-            through = Arc(start[:3, 3], via, pose[:3, 3]).rest(self._robot_now()[:3, 3])
+            there = self._robot_now() if found.apart is None else found.start(self._robot_now())
+            through = Arc(start[:3, 3], via, pose[:3, 3]).rest(there[:3, 3])
             return Step(lambda program: program.move(arc(through), **zone_of(zone)), True, rest)
 
         self._add(arc(via), zone, None if beside else rest, beside)
 
-    def _corner(self, zone: list[Any], velocity: float, pose: Matrix, axes: np.ndarray) -> Corner:
-        """Return the zone at the end of a line or arc to a place, with external axes at positions.
+    def _corner(self, zone: list[Any], velocity: float, start: Matrix, pose: Matrix, axes: np.ndarray) -> Corner:
+        """Return the zone at the end of a line or arc from a place to another one, with external axes at positions.
 
         That of the orientation and of external axes is the smallest share of the way that the zone data has.
         """
-        start = self.place_now()
         length, angle = float(np.linalg.norm(pose[:3, 3] - start[:3, 3])), math.degrees(turn_between(start, pose))
         shares = [(zone[4], angle)]
         if self.external is not None and self.external.axes:
@@ -244,7 +257,12 @@ class World(Placed):
         return corner(zone, velocity, min([most / 1000.0, *each]))
 
     def _on(self) -> On:
-        """Return the frame in which the kernel gets lines and arcs: of the base, or of the world where that moves."""
+        """Return the frame in which the kernel gets lines and arcs: of the base, or of the world where that moves.
+
+        Of a stationary tool it is the work object.
+        """
+        if self.apart is not None:
+            return On(self.apart.held, np.eye(4), apart=self.apart)
         if self.external is None or not self.external.carried:
             return On(self.robot.name, np.eye(4))
         return On("world", self.base)
@@ -264,7 +282,9 @@ class World(Placed):
     def _along(self, velocity: float, on: On) -> dict[str, Any]:
         """Return the options of a line or arc in a frame, at a speed (m/s)."""
         acceleration = min(ACCELERATION, self.acceleration_limit / self.acceleration_share)
-        moving = {"moving": True} if on.turned is not None else {}
+        moving: dict[str, Any] = {"moving": True} if on.turned is not None else {}
+        if on.apart is not None:
+            moving["fixed_tool"] = on.apart.tool
         return {
             "reference": on.reference,
             "velocity": velocity,
@@ -275,7 +295,7 @@ class World(Placed):
         }
 
     @property
-    def _gentle(self) -> dict[str, float]:
+    def _gentle(self) -> dict[str, Any]:
         """Options of all moves: the shares of accelerations and jerks that AccSet says."""
         return {"acceleration_factor": self.acceleration_share, "jerk_factor": self.jerk_share}
 
@@ -370,16 +390,16 @@ class World(Placed):
     def store_path(self) -> None:
         """Put the path aside."""
         self.queue.store()
-        self._levels.append((self._target, self._place, self._axes, self.tool))
+        self._levels.append((self._target, self._place, self._axes, self.tool, self.wobj))
         self._target = self._place = None
 
     def restore_path(self) -> None:
         """Go on with the path that was put aside last, with its tool."""
         if not self._levels:
             raise RapidStopped("RestoPath needs a StorePath before it")
-        target, place, axes, tool = self._levels.pop()
+        target, place, axes, tool, wobj = self._levels.pop()
         self.queue.finish()
-        self.use_tool(tool)
+        self.use_tool(tool, wobj)
         try:
             self.queue.restore()
         except _CAN_NOT as error:

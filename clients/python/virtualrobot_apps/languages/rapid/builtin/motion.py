@@ -40,7 +40,7 @@ def move_ends(
     if seconds is not None and not seconds > 0.0:
         raise RapidFault("ERR_ARGVALERR", f"a move takes more than 0 s (T), not {seconds:g}")
     task.world.seconds = seconds
-    task.world.use_tool(tool[tool_index])
+    task.world.use_tool(tool[tool_index], wobj and wobj[wobj_index])
     task.world.wobj = WOBJ if wobj is None else deepcopy(wobj[wobj_index])
     speed = speed if v is None else [v, *speed[1:]]
     zone = zone if z is None else [False, z, 1.5 * z, 1.5 * z, 0.15 * z, 1.5 * z, 0.15 * z]
