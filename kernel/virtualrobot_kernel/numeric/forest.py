@@ -124,6 +124,38 @@ def forward_forest(
     place_rows(order, parent, joint_type, axis, q_index, multiplier, offset, parent_t_node, q, world_t_node)
 
 
+@compiled(
+    array_of(int32, 1),
+    array_of(int32, 1),
+    array_of(int8, 1),
+    array_of(float64, 2),
+    array_of(int32, 1),
+    array_of(float64, 1),
+    array_of(float64, 1),
+    array_of(float64, 3),
+    array_of(float64, 2),
+    output_of(float64, 3),
+    output_of(float64, 3),
+)
+def forward_tips(
+    order: Integers,
+    parent: Integers,
+    joint_type: Codes,
+    axis: Floats,
+    q_index: Integers,
+    multiplier: Floats,
+    offset: Floats,
+    parent_t_node: Floats,
+    q: Floats,
+    world_t_node: Floats,
+    tips: Floats,
+) -> None:
+    """Write the poses (m, 4, 4) of the last row with coordinates q (m, nq); all else is as `forward_forest` has it."""
+    for i in range(q.shape[0]):
+        place_rows(order, parent, joint_type, axis, q_index, multiplier, offset, parent_t_node, q[i], world_t_node)
+        copy(world_t_node, world_t_node.shape[0] - 1, tips, i)
+
+
 @compiled(array_of(int32, 1))
 def topological_order(parent: Integers) -> Integers:
     """Return the rows in use, parents before children: breadth first, siblings by row, as int32 (m,).

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
+from math import inf
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,7 +19,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.paths.program import free_program
 from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.paths.search import BETTER, DEFAULT, FIRST, library, search
-from virtualrobot_kernel.paths.shorter import distinct, length_of, shortened
+from virtualrobot_kernel.paths.shorter import distinct, length_of, shortened, straightened
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -37,6 +38,10 @@ seldom free between the places. All of it is proven in the end, and searched aga
 
 CERTAIN_SEARCHES = 5
 """Number of such searches, which take a few milliseconds each; the shortest path that is free counts."""
+
+HOPELESS = 2.0
+"""Length of a path, as a multiple of the shortest one's so far, from which on it isn't shortened: that takes longer
+than finding it, and seldom halves one that goes on to the farthest waypoint in sight already."""
 
 SEARCHES = 3
 """Number of searches of a planner that ends with the first path; the shortest path counts."""
@@ -160,14 +165,20 @@ class _Task:
         good: the length that is short enough.
         """
         for step, margin in CERTAIN_STEPS:
+            certain = partial(self.space.is_certain, step=LOOKS, margin=margin)
             paths: list[Floats] = []
-            while len(paths) < CERTAIN_SEARCHES and not (paths and length_of(paths[-1]) <= good):
+            for _ in range(CERTAIN_SEARCHES):
                 found = self.space.connected(self.goals, step, margin, self.rng, self._in_time_with)
                 self._before = self.states
                 self.site.go_on()
                 if found is None:
                     break
-                paths.append(self._shortened_by(partial(self.space.is_certain, margin=margin), distinct(found)))
+                path = straightened(distinct(found), certain, self._in_time)
+                if length_of(path) < HOPELESS * min(map(length_of, paths), default=inf):
+                    path = shortened(path, certain, self.rng, self._in_time)
+                paths.append(path)
+                if length_of(path) <= good:
+                    break
             for path in sorted(paths, key=length_of):
                 if self._is_proven(path):
                     return path
@@ -209,14 +220,11 @@ class _Task:
     def _shortened(self, path: Floats) -> Floats:
         """Return a path shortened by lines that look free, if these can be proven, or by proven ones."""
         state = self.rng.bit_generator.state
-        shorter = self._shortened_by(self.space.looks_free, path)
+        shorter = shortened(path, partial(self.space.looks_free, step=LOOKS), self.rng, self._in_time)
         if self._is_proven(shorter):
             return shorter
         self.rng.bit_generator.state = state
-        return self._shortened_by(self.space.is_free, path)
-
-    def _shortened_by(self, line_is_free: Callable[[Floats, Floats, float], bool], path: Floats) -> Floats:
-        return shortened(path, lambda begin, end: line_is_free(begin, end, LOOKS), self.rng, self._in_time)
+        return shortened(path, partial(self.space.is_free, step=LOOKS), self.rng, self._in_time)
 
     def _is_proven(self, path: Floats) -> bool:
         return all(self.space.meets(*ends) is None for ends in pairwise(path))

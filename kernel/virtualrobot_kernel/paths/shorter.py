@@ -38,7 +38,7 @@ def shortened(waypoints: Floats, free: LineIsFree, rng: np.random.Generator, go_
         rng: what places are drawn from.
         go_on: whether there is time for another try.
     """
-    path = _straightened(waypoints, free, go_on)
+    path = straightened(waypoints, free, go_on)
     for _ in range(TRIES):
         if len(path) < 3 or not go_on():
             break
@@ -51,7 +51,7 @@ def shortened(waypoints: Floats, free: LineIsFree, rng: np.random.Generator, go_
         saved = last - first - float(np.linalg.norm(end - begin))
         if saved > WORTH * gone[-1] and free(begin, end):
             path = distinct(np.concatenate([path[: rows[0] + 1], [begin, end], path[rows[1] + 1 :]]))
-    return _straightened(path, free, go_on)
+    return straightened(path, free, go_on)
 
 
 def distinct(waypoints: Floats) -> Floats:
@@ -65,7 +65,7 @@ def distinct(waypoints: Floats) -> Floats:
     return waypoints[kept]
 
 
-def _straightened(path: Floats, free: LineIsFree, go_on: Callable[[], bool]) -> Floats:
+def straightened(path: Floats, free: LineIsFree, go_on: Callable[[], bool]) -> Floats:
     """Return a path in which each waypoint is followed by the farthest one that a free line leads to."""
     kept, row = [0], 0
     while row < len(path) - 1:

@@ -21,7 +21,7 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.superposed import Led
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
-from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
+from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_t_tcp, tips_of
 from virtualrobot_kernel.planning.steps import Column, PlannedStep
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
@@ -216,14 +216,14 @@ def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
 
 def _position(snapshot: Snapshot, arm: Arm, q_index: NDArray[np.int32]) -> Position:
     """Return the function of a robot's tool centre point by the joints of the columns `q_index`."""
-    tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
+    tips, point = tips_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
     own = np.array([int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index], np.intp)
     columns = np.flatnonzero(np.isin(q_index, arm.q_index))
     base = snapshot.state.q[arm.q_index]
 
     def position(q: Floats) -> Floats:
-        mine = base.copy()
-        mine[own] = q[columns]
-        return (tip(mine) @ point)[:3]
+        mine = np.tile(base, (len(q), 1))
+        mine[:, own] = q[:, columns]
+        return (tips(mine) @ point)[:, :3]
 
     return position

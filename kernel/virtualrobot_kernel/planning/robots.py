@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import EllipsisType
 
@@ -14,7 +14,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import TOLERANCE
-from virtualrobot_kernel.numeric.forest import forward_forest
+from virtualrobot_kernel.numeric.forest import forward_forest, forward_tips
 from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
 from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.world.change import with_positions
@@ -30,6 +30,9 @@ REMEMBERED = 256
 
 SolverOf = Callable[[Snapshot, "Arm"], Kinematics]
 """Lookup of an arm's kinematics component; raises KernelError when it has none, or one that has failed."""
+
+Tips = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Forward kinematics of a robot: base_t_tip (m, 4, 4) at postures (m, k)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,6 +269,30 @@ def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy, group: 
 
 def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
     """Return the function of base_t_tip (4, 4) of an arm by q (k,): the tree's forward pass, of the arm's rows only."""
+    fixed, begin = _rows_of(snapshot, arm)
+
+    def tip(q: NDArray[np.float64]) -> Pose:
+        poses = begin.copy()
+        forward_forest(*fixed, np.ascontiguousarray(q), poses)
+        return poses[-1]
+
+    return tip
+
+
+def tips_of(snapshot: Snapshot, arm: Arm) -> Tips:
+    """Return the function of base_t_tip (m, 4, 4) of an arm by postures (m, k): what `tip_of` gives for each."""
+    fixed, begin = _rows_of(snapshot, arm)
+
+    def tips(postures: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = np.tile(np.eye(4), (len(postures), 1, 1))
+        forward_tips(*fixed, np.ascontiguousarray(postures), begin.copy(), found)
+        return found
+
+    return tips
+
+
+def _rows_of(snapshot: Snapshot, arm: Arm) -> tuple[Sequence[NDArray], NDArray[np.float64]]:
+    """Return an arm's rows as the forward pass takes them, below a first one for its base, and poses to begin with."""
     forest, rows = snapshot.structure.forest, arm.path
     coordinate = {int(place): i for i, place in enumerate(arm.q_index)}
     multiplier, offset = forest.multiplier[rows], forest.offset[rows]
@@ -281,15 +308,7 @@ def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose
         *(_below(np.zeros_like(column[:1]), column) for column in (multiplier, offset)),
         _below(np.eye(4)[None], snapshot.state.parent_t_node[rows]),
     )
-
-    begin = np.tile(np.eye(4), (len(rows) + 1, 1, 1))
-
-    def tip(q: NDArray[np.float64]) -> Pose:
-        poses = begin.copy()
-        forward_forest(*fixed, np.ascontiguousarray(q), poses)
-        return poses[-1]
-
-    return tip
+    return fixed, np.tile(np.eye(4), (len(rows) + 1, 1, 1))
 
 
 def _below(first: NDArray, rest: NDArray) -> NDArray:

@@ -31,8 +31,7 @@ from virtualrobot_sdk.selfcheck import SelfCheck, self_check
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.planning.tips import Tips, tips_of
+from virtualrobot_kernel.planning.robots import Arm, Tips, tip_of, tips_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.robots import arm_of, tip_of
+from virtualrobot_kernel.planning.robots import arm_of, tip_of, tips_of
 from virtualrobot_kernel.planning.solvers import Solver
-from virtualrobot_kernel.planning.tips import tips_of
 from virtualrobot_sdk.answers import check_solution, check_solutions, checked_result, checked_results
 from virtualrobot_sdk.errors import ComponentFault
 from virtualrobot_sdk.kinematics import REVOLUTE, InverseMany, InverseOptions, InverseResult, InverseStatus
