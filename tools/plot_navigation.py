@@ -32,7 +32,7 @@ def main(seconds: float) -> None:
         def watch(pose: Floats) -> None:
             ways.append((planar(client.scene.pose("ugv.base")), pose))
 
-        mapper = journeys.explore(client, vehicle, start, watch=watch, longest=seconds)
+        mapper = journeys.explore(client, vehicle, start, watch=watch, longest=seconds).mapper
     true, thought = (np.array(one) for one in zip(*ways, strict=True))
     off = np.hypot(*between(true, thought)[:, :2].T)
     metres = np.hypot(*np.diff(true[:, :2], axis=0).T).sum()

@@ -22,6 +22,8 @@ LONGEST = 120.0
 SCANNED = 4
 """Periods from one scan to the next."""
 UGV = Footprint(-0.14, 0.14, -0.15, 0.15)
+BEHIND = Footprint(-0.205, 0.1, -0.134, 0.134)
+"""That of the model `ugv`, which turns about its wheels, near its front."""
 
 
 @dataclass
@@ -99,10 +101,10 @@ def room(wide: float, deep: float) -> list[Box]:
     """Return the walls of an empty room whose corner is at 0."""
     wall = 0.1
     return [
-        Box(0.5 * wide, -0.5 * wall, wide, wall, 1.0, "#fff"),
-        Box(0.5 * wide, deep + 0.5 * wall, wide, wall, 1.0, "#fff"),
-        Box(-0.5 * wall, 0.5 * deep, wall, deep, 1.0, "#fff"),
-        Box(wide + 0.5 * wall, 0.5 * deep, wall, deep, 1.0, "#fff"),
+        Box(0.5 * wide, -0.5 * wall, wide, wall, 1.0, "white"),
+        Box(0.5 * wide, deep + 0.5 * wall, wide, wall, 1.0, "white"),
+        Box(-0.5 * wall, 0.5 * deep, wall, deep, 1.0, "white"),
+        Box(wide + 0.5 * wall, 0.5 * deep, wall, deep, 1.0, "white"),
     ]
 
 

@@ -18,6 +18,9 @@ from virtualrobot_apps.seeing.navigation.planning import Costmap, Planner, lengt
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, planar
 from virtualrobot_apps.seeing.navigation.vehicle import SHARE, Vehicle, sensors_of
 
+from tests.apps.seeing.flat_vehicles import room
+from tests.apps.seeing.test_exploring import gap
+
 pytestmark = pytest.mark.long
 ROBOT = "ugv"
 LIDAR = virtualrobot.pose(0.3, 0.0, 0.45)
@@ -60,10 +63,12 @@ def test_it_knows_where_it_is_while_it_explores(client: virtualrobot.Client, see
         if len(off) % 10 == 0:
             clear.append(client.collisions.distance(ROBOT, to=[floors.NODE]).distance)
 
-    mapper = journeys.explore(client, vehicle, np.array(floors.START), say=lambda _: None, watch=watch, longest=25.0)
+    start, told = np.array(floors.START), list[str]()
+    explored = journeys.explore(client, vehicle, start, say=told.append, watch=watch, longest=25.0)
     errors = np.array(off)
     assert np.sqrt((errors[:, :2] ** 2).sum(axis=1).mean()) < 0.05 and np.abs(errors[:, 2]).max() < 0.05
-    assert min(clear) > 0.0 and len(mapper.poses) > 8
+    assert min(clear) > 0.0 and len(explored.mapper.poses) > 8
+    assert told[-1] == str(explored.unseen[-1]) and told[-1].endswith("unseen: 25 s are over")
 
 
 def test_it_finds_its_place_and_goes_to_its_goals(client: virtualrobot.Client, seed: int, tmp_path: Path) -> None:
@@ -101,6 +106,19 @@ def test_the_command_writes_no_map_that_cannot_be(kernel: KernelProcess, tmp_pat
     assert done.exit_code and "there is no map" in str(done.exception)
     done = CliRunner().invoke(navigate, ["explore", "nobody", str(tmp_path / "floor.yaml"), *address])
     assert done.exit_code and "there is no robot named 'nobody'" in str(done.exception)
+
+
+def test_the_command_tells_by_its_exit_code_that_something_is_unseen(
+    kernel: KernelProcess, client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """Behind a gap of 0.3 m there is more than it can see from before it."""
+    file = ["explore", ROBOT, str(tmp_path / "floor.yaml"), "--from", "0.6", "0.6", "0", "--address", kernel.address]
+    placed(client, gap(), np.array([0.6, 0.6, 0.0]))
+    done = CliRunner().invoke(navigate, file)
+    assert done.exit_code == 1 and "leaves an edge of" in done.output and (tmp_path / "floor.yaml").is_file()
+    placed(client, room(1.9, 2.0), np.array([0.6, 0.6, 0.0]))
+    done = CliRunner().invoke(navigate, file)
+    assert done.exit_code == 0 and "unseen" not in done.output, done.output
 
 
 def test_there_is_no_map_where_nothing_stands(client: virtualrobot.Client) -> None:

@@ -15,13 +15,11 @@ from virtualrobot_apps.seeing.navigation.poses import Floats, distance
 from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
-from tests.apps.seeing.flat_vehicles import UGV, Driven, drive, known, room, vehicle
+from tests.apps.seeing.flat_vehicles import BEHIND, UGV, Driven, drive, known, room, vehicle
 
 pytestmark = pytest.mark.long
 HUSKY = Footprint(-0.495, 0.495, -0.335, 0.335)
 """That of Clearpath's data sheet: 990 x 670 mm."""
-BEHIND = Footprint(-0.205, 0.1, -0.134, 0.134)
-"""That of the model `ugv`, which turns about its wheels, near its front."""
 
 
 def test_husky_crosses_a_room_in_which_boxes_are_put_in_its_way(rng: np.random.Generator) -> None:

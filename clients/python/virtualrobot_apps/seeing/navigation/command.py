@@ -72,22 +72,28 @@ def explore(
     encoders: str | None,
     speed: float | None,
 ) -> None:
-    """Drive to the edges of what is known until none is left, and write the map."""
+    """Look at the edges of what is known until none is left that can be seen, and write the map.
+
+    Edges that stay unseen are told with the reason, and the exit code is 1 then.
+    """
     check_file(file)
     check_packages()
     from virtualrobot_apps.seeing.navigation import journeys
 
     with target.connect() as client:
         vehicle = _vehicle(client, robot, lidar, encoders)
-        mapper = journeys.explore(
+        explored = journeys.explore(
             client, vehicle, journeys.pose_of(start), resolution=resolution, say=click.echo, pace=speed or 0.0
         )
+    mapper = explored.mapper
     mapper.grid.save(file)
     rows, columns = mapper.grid.occupied.shape[:2]
     click.echo(
         f"{file}: {columns} x {rows} cells of {mapper.grid.resolution:g} m, of {len(mapper.poses)} scans and "
         f"{mapper.loops} loops"
     )
+    if explored.unseen:
+        raise SystemExit(1)
 
 
 @navigate.command()

@@ -55,6 +55,13 @@ class Surroundings:
         keys = np.clip(np.floor((points + RANGE) / CELL).astype(int), 0, len(self._field) - 1)
         return self._field[keys[..., 1], keys[..., 0]]
 
+    @property
+    def turned(self) -> Surroundings:
+        """The same ones for a base that looks backwards."""
+        other = Surroundings.__new__(Surroundings)
+        other._field = self._field[::-1, ::-1]
+        return other
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
@@ -136,6 +143,32 @@ def turning(
     if cells.min() <= min(MARGIN, 0.5 * cells[0]):
         return None
     return Choice((0.0, rate), float(cells.min()))
+
+
+def backwards(
+    pose: Floats,
+    twist: tuple[float, float],
+    way: Floats,
+    surroundings: Surroundings,
+    footprint: Footprint,
+    limits: Limits,
+) -> Choice | None:
+    """Return how to drive backwards along a way (n, 2), as `choose` does ahead: for a base that looks the other way."""
+    back = np.array([pose[0], pose[1], wrapped(pose[2] + np.pi)])
+    choice = choose(back, (-twist[0], twist[1]), way, surroundings.turned, footprint.turned, limits)
+    return None if choice is None else Choice((-choice.twist[0], choice.twist[1]), choice.clearance)
+
+
+def can_turn(angle: float, surroundings: Surroundings, footprint: Footprint) -> bool:
+    """Return whether the footprint touches nothing while it turns on the spot by an angle (rad), this way or that."""
+    outline = footprint.outline()
+    for end in (angle, angle - np.copysign(2.0 * np.pi, angle)):
+        swept = np.linspace(0.0, end, 2 + int(abs(end) / 0.1))
+        places = np.column_stack([np.zeros((len(swept), 2)), swept])
+        cells = surroundings.clearance(moved(places, outline[None])).min(axis=1)
+        if cells.min() > min(MARGIN, 0.5 * cells[0]):
+            return True
+    return False
 
 
 def ahead_of(pose: Floats, way: Floats, meters: float) -> Floats:

@@ -38,6 +38,11 @@ class Footprint:
         """Width (m) of the narrowest passage that it goes through."""
         return self.left - self.right
 
+    @property
+    def turned(self) -> Footprint:
+        """The same one for a base that looks backwards."""
+        return Footprint(-self.ahead, -self.back, -self.left, -self.right)
+
     def outline(self, spacing: float = 0.05) -> Floats:
         """Return points (n, 2) of its edge, at most so far apart (m)."""
         corners = np.array(

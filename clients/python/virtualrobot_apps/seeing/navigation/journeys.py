@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from virtualrobot import Client
 from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.pace import Pace
-from virtualrobot_apps.seeing.navigation.exploring import Explorer
+from virtualrobot_apps.seeing.navigation.exploring import Explorer, Unseen
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.localising import Localiser
 from virtualrobot_apps.seeing.navigation.mapping import Mapper
@@ -22,6 +23,14 @@ LONGEST = 1800.0
 Watch = Callable[[Floats], object]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Explored:
+    """Floor that was explored: its map with how it was made, and edges of it that stay unseen, with the reasons."""
+
+    mapper: Mapper
+    unseen: tuple[Unseen, ...]
+
+
 def explore(
     client: Client,
     vehicle: Vehicle,
@@ -32,8 +41,8 @@ def explore(
     watch: Watch = lambda _: None,
     pace: float = 0.0,
     longest: float = LONGEST,
-) -> Mapper:
-    """Explore a floor until nothing is left to see, or for a time (s); return its map, and how it was made.
+) -> Explored:
+    """Explore a floor until nothing is left that can be seen, or for a time (s).
 
     Args:
         client: of the kernel; its clock is held meanwhile.
@@ -47,7 +56,7 @@ def explore(
     """
     mapper = Mapper(start, resolution)
     navigator = Navigator(mapper, vehicle.footprint, say=say)
-    explorer = Explorer(navigator)
+    explorer = Explorer(navigator, mapper, vehicle.reach)
     with Drive(client, [vehicle]) as drive:
         loop = _Loop(drive, vehicle, navigator, watch, pace)
         while mapper.grid.log_odds.size == 0:
@@ -58,11 +67,10 @@ def explore(
                     if not loop.scanned
                     else f"the scans of {vehicle.lidar!r} have hardly an echo: nothing stands in its reach to be mapped"
                 )
-        while (goal := explorer.next()) is not None and navigator.last_time - loop.begun < longest:
-            navigator.go(goal)
-            while navigator.end is None:
-                loop.period()
-    return mapper
+        explorer.run(loop.period, longest)
+    for edge in explorer.unseen:
+        say(str(edge))
+    return Explored(mapper, tuple(explorer.unseen))
 
 
 def go(

@@ -40,6 +40,8 @@ class Mapper:
         """Number of loops closed so far."""
         self.replaced = 0
         """Number of scans that could not be matched, for which odometry stands."""
+        self.keep_next = False
+        """True: the next scan is kept wherever it is made."""
         self._pose = np.asarray(start, np.float64)
         self._odometry: Floats | None = None
         self._kept: list[Scan] = []
@@ -62,7 +64,7 @@ class Mapper:
         pose = self._matched(scan, guess)
         self._pose, self._odometry = pose, scan.odometry
         way = between(self.poses[-1], pose)
-        if np.hypot(way[0], way[1]) > KEY_METERS or abs(way[2]) > KEY_RADIANS:
+        if self.keep_next or np.hypot(way[0], way[1]) > KEY_METERS or abs(way[2]) > KEY_RADIANS:
             self._keep(scan, pose)
         return self._pose
 
@@ -80,7 +82,7 @@ class Mapper:
         return guess
 
     def _keep(self, scan: Scan, pose: Floats) -> None:
-        number = len(self._kept)
+        number, self.keep_next = len(self._kept), False
         if number:
             self._relations.append(
                 Relation(number - 1, number, between(self.poses[-1], pose), RELATED_METERS, RELATED_RADIANS)

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from virtualrobot_apps.seeing.navigation.following import Choice, Limits, Surroundings, ahead_of, choose, turning
+from virtualrobot_apps.seeing.navigation.following import (
+    Choice,
+    Limits,
+    Surroundings,
+    ahead_of,
+    backwards,
+    can_turn,
+    choose,
+    turning,
+)
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.matching import FEWEST
-from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner, spaced
+from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner, length, spaced
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -37,6 +46,8 @@ RECOVERIES = 4
 OTHER_METERS, CHEAPER = 0.4, 0.8
 """Distance from the way that it is on, from which on a plan is another one, and its cost, in that way's, up to which
 it is taken instead."""
+OUTS, OUT_SECONDS, OUT_SPEED = 3, 25.0, 0.2
+"""Number of times that it drives out to where it can turn on the way to one goal, for how long, and how fast (m/s)."""
 SHARE_OF_ODOMETRY = 0.3
 """Part of the way by odometry that scans must confirm; with less the wheels slip."""
 
@@ -134,6 +145,8 @@ class Navigator:
         self._best, self._best_at = math.inf, now
         self._recoveries, self._others = 0, 0
         self._manoeuvre: tuple[float, tuple[float, float]] | None = None
+        self._outs = 0
+        self._out: tuple[float, Floats, Callable[..., Choice | None]] | None = None
         self._lost_since: float | None = None
         self._checked: tuple[float, Floats, Floats] | None = None
         self._doubted = (False, False)
@@ -199,6 +212,8 @@ class Navigator:
         left = distance(self.pose, (self.goal.x, self.goal.y))
         if left < REACHED_METERS:
             return self._arrive()
+        if self._out is not None:
+            return self._back_out(now)
         if self._manoeuvre is not None:
             return self._go_on(now)
         if self.way is None or now - self._planned >= PLAN_SECONDS:
@@ -207,6 +222,8 @@ class Navigator:
             return 0.0, 0.0
         if self.way is None:
             return 0.0, 0.0
+        if self._is_shut_in() and (out := self._begin_out(now, "has no room to turn to its way")) is not None:
+            return out
         remaining = self._remaining()
         if remaining < self._best - 0.1:
             self._best, self._best_at = remaining, now
@@ -325,6 +342,8 @@ class Navigator:
         if number % 2 == 0:
             self._manoeuvre = (now + 2.0, (0.0, 0.0))
             self._tell(f"{why}: waits for 2 s")
+        elif not self._turns(math.pi) and (out := self._begin_out(now, why)) is not None:
+            return out
         elif self._free_behind():
             self._manoeuvre = (now + 2.0, (-0.15, 0.0))
             self._tell(f"{why}: backs up by 0.3 m")
@@ -340,6 +359,41 @@ class Navigator:
             self._manoeuvre = None
             return 0.0, 0.0
         return twist
+
+    def _turns(self, angle: float) -> bool:
+        return can_turn(angle, self._surroundings, self.footprint)
+
+    def _is_shut_in(self) -> bool:
+        """Return whether the way begins behind the vehicle, which can't turn where it stands."""
+        assert self.way is not None
+        bearing = self._bearing(self.way)
+        return abs(bearing) > 0.5 * math.pi and not self._turns(bearing)
+
+    def _bearing(self, way: Floats) -> float:
+        """Return the angle (rad) to a way a bit ahead."""
+        x, y = ahead_of(self.pose, way, 0.3)[-1] - self.pose[:2]
+        return float(wrapped(math.atan2(y, x) - self.pose[2]))
+
+    def _begin_out(self, now: float, why: str) -> tuple[float, float] | None:
+        """Begin to drive to where it can turn, if there is such a place and it hasn't been tried too often."""
+        if self._outs == OUTS or (way := self._planner(self._not_on_the_map()).out(self.pose)) is None:
+            return None
+        self._outs += 1
+        back = abs(self._bearing(way)) > 0.5 * math.pi
+        self._out = now + OUT_SECONDS, way, backwards if back else choose
+        self._tell(f"{why}: {'backs' if back else 'drives'} out by {length(way):.1f} m, to where it can turn")
+        return self._back_out(now)
+
+    def _back_out(self, now: float) -> tuple[float, float]:
+        assert self._out is not None
+        until, way, drive = self._out
+        near = ahead_of(self.pose, way, 3.0)
+        limits = replace(self.limits, speed=OUT_SPEED)
+        choice = drive(self.pose, self._twist, near, self._surroundings, self.footprint, limits)
+        if choice is None or now >= until or distance(self.pose, way[-1]) < REACHED_METERS:
+            self._out, self._planned, self._best, self._best_at = None, -math.inf, math.inf, now
+            return 0.0, 0.0
+        return choice.twist
 
     def _free_behind(self) -> bool:
         outline = self.footprint.outline()

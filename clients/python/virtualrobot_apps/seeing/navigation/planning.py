@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.poses import Floats
-from virtualrobot_apps.seeing.navigation.regions import Distances, parts
+from virtualrobot_apps.seeing.navigation.regions import Distances, parts, ways_from
 
 SHY, STEEPNESS = 20.0, 0.12
 """Cost of a cell beside an obstacle above that of a free one, and the distance (m) over which it falls by e."""
 MARGIN = 0.03
 """Distance (m) that a way keeps from obstacles beside the footprint's inner radius."""
+TURNING, FREELY = 0.06, 0.15
+"""Distances (m) beyond its outer radius at which a vehicle can turn, and at which it does so freely."""
 SPACING = 0.05
 """Distance (m) between points of a way."""
 STRIDE, SPAN, SAMPLES = 3, 30, 128
@@ -133,6 +135,22 @@ class Planner:
         if not labels[first]:
             first = self._nearest_free(first)
         return labels == labels[first] if labels[first] else np.zeros_like(labels, bool)
+
+    def out(self, start: Floats) -> Floats | None:
+        """Return the way (n, 2) from a place (2,) to the nearest other one where the footprint can turn, if any."""
+        try:
+            reached = self.reached(start)
+        except NoWayError:
+            return None
+        row, column = self._cell(start)
+        ways = ways_from(reached, row, column) * self.costmap.grid.resolution
+        for room in (FREELY, TURNING):
+            roomy = (self.clearance > self.costmap.footprint.outer + room) & (ways > 2.0 * SPACING)
+            away = np.where(roomy, ways, np.inf)
+            at = np.unravel_index(int(np.argmin(away)), away.shape)
+            if np.isfinite(away[at]):
+                return self.way(start, self.costmap.grid.middles(np.array(at[0]), np.array(at[1])))
+        return None
 
     def _pulled(self, points: Floats) -> Floats:
         """Return those points of a way between which straight lines cost least: A* counts a diagonal step as one."""

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
 
 from virtualrobot_apps.seeing.navigation.poses import Floats
 
@@ -72,3 +73,23 @@ def widened(mask: Mask) -> Mask:
 def blurred(mask: Mask, cells: float) -> Floats:
     """Return a mask blurred by a Gaussian of so many cells."""
     return _ndimage.gaussian_filter(mask.astype(np.float64), cells)
+
+
+def ways_from(mask: Mask, row: int, column: int) -> Floats:
+    """Return how long ways in a mask from its cell nearest to one are, in cells; inf where there is none."""
+    rows, columns = np.nonzero(mask)
+    numbers = np.full(mask.shape, -1)
+    numbers[rows, columns] = np.arange(len(rows))
+    pairs, lengths = [], []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        begin = (slice(0, mask.shape[0] - down), slice(max(0, -right), mask.shape[1] - max(0, right)))
+        end = (slice(down, None), slice(max(0, right), mask.shape[1] + min(0, right)))
+        both = mask[begin] & mask[end]
+        pairs.append(np.stack([numbers[begin][both], numbers[end][both]]))
+        lengths.append(np.full(int(both.sum()), np.hypot(down, right)))
+    (first, second), weights = np.hstack(pairs), np.concatenate(lengths)
+    graph = sparse.csr_array((weights, (first, second)), (len(rows), len(rows)))
+    nearest = int(np.argmin((rows - row) ** 2 + (columns - column) ** 2))
+    ways = np.full(mask.shape, np.inf)
+    ways[rows, columns] = csgraph.dijkstra(graph, directed=False, indices=nearest)
+    return ways

@@ -69,7 +69,9 @@ class Vehicle:
         self.footprint = _footprint(client, name, world_t_base)
         self._per_twist, self._fastest = _drives(robot)
         self._track = OdometryTrack()
-        self._maker = ScanMaker(mount, _reach(client, lidar))
+        self.reach = _reach(client, lidar)
+        """Distance (m) that its lidar sees."""
+        self._maker = ScanMaker(mount, self.reach)
         self._number = -1
 
     def drivable(self, v: float, w: float) -> tuple[float, float]:
