@@ -114,6 +114,7 @@ def test_a_head_of_old_files_is_left_out() -> None:
         ("\ufeffä".encode(), "ä"),
         ("! Größe: 3 µm".encode("latin-1"), "! Größe: 3 µm"),
         ("! 机器人".encode("gb18030"), "! 机器人"),
+        ("! Grüß".encode("latin-1"), "! Grüß"),
         ("\ufeff! 机器人".encode("utf-16-le"), "! 机器人"),
         ("\ufeff! 机器人".encode("utf-16-be"), "! 机器人"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import re
 from bisect import bisect_right
 from contextlib import suppress
 from itertools import accumulate
@@ -37,6 +38,10 @@ class Source:
 _MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
 
 
+_PRIVATE = re.compile("[\ue000-\uf8ff]")
+"""Letters that no text has."""
+
+
 def read_source(file: Path) -> Source:
     """Return the text of a file; raises MissingFileError where it can't be read."""
     try:
@@ -64,7 +69,7 @@ def code_of(data: bytes) -> tuple[bytes, str]:
 
     They are UTF-8 where they can be, else GB 18030 if they can be Chinese, else ISO 8859-1. Controllers write
     ISO 8859-1, in which every byte is a letter. Letters of GB 18030 come in pairs of bytes above 0x80, and a letter of
-    a European language stands alone among ASCII.
+    a European language stands alone among ASCII, or makes a pair that stands for no letter, as in Grüß.
     """
     for mark, code in _MARKS.items():
         if data.startswith(mark):
@@ -73,6 +78,6 @@ def code_of(data: bytes) -> tuple[bytes, str]:
     alone = any(one and not (high[at] or high[at + 2]) for at, one in enumerate(high[1:-1]))
     for code in ("utf-8",) if alone else ("utf-8", "gb18030"):
         with suppress(UnicodeDecodeError):
-            data.decode(code)
-            return b"", code
+            if not _PRIVATE.search(data.decode(code)):
+                return b"", code
     return b"", "latin-1"

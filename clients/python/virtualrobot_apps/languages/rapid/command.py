@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from shutil import copytree
 from tempfile import TemporaryDirectory
@@ -206,6 +207,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
 @devices_option
 @click.option("--continuous", is_flag=True, help="Begin again each time that it ends, also by ExitCycle.")
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
+@click.option("--save", is_flag=True, help="Write persistents that it has changed back into its files when it ends.")
 @target_options
 def run(
     target: Target,
@@ -221,6 +223,7 @@ def run(
     devices: tuple[tuple[str, tuple[str, int]], ...],
     continuous: bool,
     create_signals: bool,
+    save: bool,
 ) -> int:
     """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
 
@@ -238,9 +241,24 @@ def run(
             add_signals(client, programs.values())
         asked = answers or sys.stdin
         cell = _cell(client, parts, programs, asked, folder, listen=listen, egm=dict(devices), external=external)
-        with at_work(client):
+        with at_work(client), _saving(cell) if save else nullcontext():
             cell.run(routine, [cell.tasks[name.lower()] for name, _, _ in steady], forever=continuous)
     return 0
+
+
+@contextmanager
+def _saving(cell: Cell) -> Iterator[None]:
+    """Write the persistents that the tasks of a cell change in a block into their files, however it ends."""
+    from virtualrobot_apps.languages.rapid.saving import Persistents
+
+    for task in cell.tasks.values():
+        task.prepare_alone()
+    kept = Persistents(cell.tasks.values())
+    try:
+        yield
+    finally:
+        for file, count in kept.save():
+            click.echo(f"{count} persistent{'s' * (count != 1)} saved in {file}", err=True)
 
 
 def _parts(

@@ -31,9 +31,9 @@ _PIECE = re.compile(rf"(?P<space>[{_SPACES}]+)|{_FORMS}", re.VERBOSE)
 _SKIPPED = {"comment", "head", "preset"}
 
 
-def pieces_of(source: Source) -> Iterator[tuple[str, str, int]]:
-    """Yield all of a source piece by piece: kind (a reserved word or sign itself, or what it is), text and place."""
-    for match in _PIECE.finditer(source.text):
+def pieces_of(source: Source, begin: int = 0) -> Iterator[tuple[str, str, int]]:
+    """Yield all of a source from a place on: kind (a reserved word or sign itself, or what it is), text and place."""
+    for match in _PIECE.finditer(source.text, begin):
         kind, value = match.lastgroup or "", match.group()
         if kind == "name":
             lower = value.lower()

@@ -193,6 +193,10 @@ class RapidTask(Task):
             routine.node.name.lower(): routine for scope in program.checked.modules for routine in scope.routines
         }
 
+    def persistents(self) -> list[tuple[Datum, list[Any]]]:
+        """Return the persistents of the task's modules, and what holds the value of each."""
+        return [(one, self._names[one.python]) for one in self.program.checked.data if one.storage == "pers"]
+
     @property
     def world(self) -> World:
         """Robot and signals; raises a fault where there is no robot."""
