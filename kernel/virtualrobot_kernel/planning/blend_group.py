@@ -88,10 +88,10 @@ class BlendGroup:
         return found
 
     def _apart(self, one: PlannedMove) -> Position:
-        """Return the position of a tool that stands apart in what a move carries, by the joints of all columns."""
+        """Return the function of a tool that stands apart, seen from what a move carries, by joints of all columns."""
         tcp, columns = one.tcp and one.tcp.tcp, [self.places[one.robot.name, name] for name in one.joint_names]
         assert isinstance(tcp, ApartTcp)
-        return lambda q: tcp.position(q[columns])
+        return lambda q: np.array([tcp.position(joints[columns]) for joints in q])
 
     def _limits(self) -> JointLimits:
         snapshot, parts, places, vectors = self.steps[0].snapshot, [], [], []
