@@ -127,7 +127,8 @@ class FilmThread:
         until = self._now()
         try:
             # Waited for in small steps: Ctrl-C would not get through on Windows.
-            while self._thread.is_alive() and self._drawn + self._period <= until:
+            # Times are rounded: the last picture is due where nearly a period has gone.
+            while self._thread.is_alive() and until - self._drawn > 0.999 * self._period:
                 self._thread.join(0.1)
         finally:
             self.cancel()
