@@ -43,11 +43,11 @@ def test_stretches_are_told_by_their_first_reason() -> None:
     why = ("", "a touches b", "a touches b", "1 mm too far", "9 mm too far")
     look = Look("seam 2", np.zeros((5, 3)), at, states, why)
     assert not look.is_free and look.lines() == [
-        "seam 2: 40.0 mm: from 10 to 20 mm in reach, but not free: a touches b",
-        "seam 2: 40.0 mm: from 30 to 40 mm out of reach: 1 mm too far",
+        (TOUCHES, "seam 2: 40.0 mm: from 10 to 20 mm in reach, but not free: a touches b"),
+        (UNREACHED, "seam 2: 40.0 mm: from 30 to 40 mm out of reach: 1 mm too far"),
     ]
     free = Look("hole 1", np.zeros((2, 3)), at[:2], (FREE, FREE), ("", ""))
-    assert free.is_free and free.lines() == ["hole 1: 10.0 mm, reached at 2 places without touching anything"]
+    assert free.is_free and free.lines() == [(FREE, "hole 1: 10.0 mm, reached at 2 places without touching anything")]
 
 
 @pytest.mark.long

@@ -66,7 +66,7 @@ def look(target: Target, file: Path) -> int:
     with target.connect() as client:
         found = look_file(client, file)
     for one in found:
-        for line in one.lines():
+        for _, line in one.lines():
             click.echo(line)
     return 0 if all(one.is_free for one in found) else 1
 

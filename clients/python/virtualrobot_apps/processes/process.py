@@ -60,12 +60,12 @@ class Look:
         """True where the tool gets to all places."""
         return all(state == FREE for state in self.states)
 
-    def lines(self) -> list[str]:
-        """Return lines about it: one, or one for each stretch that is not free."""
+    def lines(self) -> list[tuple[str, str]]:
+        """Return states and lines about it: one, or one for each stretch that is not free."""
         length = f"{self.name}: {1e3 * self.at[-1]:.1f} mm"
         if self.is_free:
-            return [f"{length}, reached at {len(self.at)} places without touching anything"]
-        said = []
+            return [(FREE, f"{length}, reached at {len(self.at)} places without touching anything")]
+        said = list[tuple[str, str]]()
         # Reasons have the measures of their places: a stretch is told by that of its first one.
         key = [(state, why if state == TOUCHES else "") for state, why in zip(self.states, self.why, strict=True)]
         for (state, _), rows in groupby(range(len(key)), key=key.__getitem__):
@@ -74,7 +74,7 @@ class Look:
                 first, last = (1e3 * self.at[row] for row in (stretch[0], stretch[-1]))
                 where = f"at {first:.0f} mm" if first == last else f"from {first:.0f} to {last:.0f} mm"
                 what = "out of reach" if state == UNREACHED else "in reach, but not free"
-                said.append(f"{length}: {where} {what}: {self.why[stretch[0]]}")
+                said.append((state, f"{length}: {where} {what}: {self.why[stretch[0]]}"))
         return said
 
 

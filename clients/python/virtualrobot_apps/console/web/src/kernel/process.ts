@@ -28,8 +28,8 @@ export interface Look {
   /** How far along it they are, in meters. */
   at: readonly number[];
   states: readonly State[];
-  /** In words: what is not free. */
-  lines: readonly string[];
+  /** In words: what is not free, each with how it is there. */
+  lines: readonly (readonly [State, string])[];
 }
 
 interface Plan {

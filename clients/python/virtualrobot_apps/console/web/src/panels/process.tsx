@@ -83,8 +83,8 @@ function Beside() {
       <div class="list" role="list" aria-label="What the process comes to">
         {picked.value && <p class="entry" role="listitem">{picked.value.told}</p>}
         {looks.value.length > 0 && <Legend />}
-        {looks.value.flatMap(({ name, lines, states }) => lines.map((line) => (
-          <p key={name + line} class="entry words" role="listitem"><i class="dot" style={{ background: COLORS[WORST.find((state) => states.includes(state))!] }} />{line}</p>
+        {looks.value.flatMap(({ lines }) => lines.map(([state, line]) => (
+          <p key={line} class="entry words" role="listitem"><i class="dot" style={{ background: COLORS[state] }} />{line}</p>
         )))}
         {plan.value?.measures.map((line) => <p key={line} class="entry words" role="listitem">{line}</p>)}
       </div>
