@@ -8,6 +8,8 @@ import { endingOf, findNamed, joinNames, type Files } from "./file_names";
 import { assets } from "./services";
 import { info } from "./world";
 
+/** Browsers take digests, by which the kernel knows files, nowhere else. */
+const BY_HTTPS = "browsers let pages send files that come from this machine or by https. `virtualrobot console --listen 0.0.0.0 --own-certificate` has it";
 const CHUNK_BYTES = 1024 * 1024;
 const KIBIBYTE = 1024, MEBIBYTE = 1024 * 1024;
 const HEAD_BYTES = 5;
@@ -112,6 +114,7 @@ async function hashOf(file: File): Promise<string> {
   } catch {
     throw new ConnectError(`${file.name} can't be read: it is a folder, or has changed since`, Code.NotFound);
   }
+  if (!isSecureContext) throw new ConnectError(`${file.name} is not sent: ${BY_HTTPS}`, Code.FailedPrecondition);
   const digest = await crypto.subtle.digest("SHA-256", bytes);
   return [...new Uint8Array(digest)].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }

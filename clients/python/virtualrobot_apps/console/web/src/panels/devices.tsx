@@ -10,7 +10,7 @@ import { viewport } from "./view";
 
 const KINDS = [
   { one: gamepad, name: "Gamepad", absent: "press one of its buttons" },
-  { one: spaceMouse, name: "Space mouse", absent: mouse.isPossible ? "connect it" : "browsers of the Chromium family know them" },
+  { one: spaceMouse, name: "Space mouse", absent: mouse.isPossible ? "connect it" : isSecureContext ? "browsers of the Chromium family know them" : "browsers know them only by https" },
   { one: keys, name: "Keyboard", absent: "it moves no robot" },
 ];
 

@@ -41,7 +41,7 @@ const CAMERA_T_EYE = new Matrix4().makeScale(1, -1, -1);
 export async function overlay(view: Viewport): Promise<void> {
   if (overlaid.peek()) return;
   if (!navigator.mediaDevices) {
-    said.value = "browsers show a camera only by https, or on the machine itself: `virtualrobot console --own-certificate` has it";
+    said.value = "browsers show a camera only by https, or on the machine itself: `virtualrobot console --listen 0.0.0.0 --own-certificate` has it";
     return;
   }
   try {

@@ -9,7 +9,7 @@ const MODES: readonly Mode[] = ["immersive-ar", "immersive-vr"];
 export const able = signal<readonly Mode[]>([]);
 export const why = signal("");
 
-const NO_TLS = "This page came by http from another machine: browsers show a cell in a room only by https. `virtualrobot console --own-certificate` has it";
+const NO_TLS = "This page came by http from another machine: browsers show a cell in a room, and a camera, take files and know space mice only by https. `virtualrobot console --listen 0.0.0.0 --own-certificate` has it; all else works here, Still and what is proposed among it";
 const NO_XR = "This browser has no WebXR: browsers of headsets have it, Chrome on Android, and Chrome and Edge with a headset at the computer";
 const NO_DEVICE = "This browser finds no headset, and has no augmented reality of its own";
 
