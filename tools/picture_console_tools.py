@@ -15,6 +15,7 @@ import virtualrobot
 from playwright.sync_api import Locator, Page, expect
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell
+from virtualrobot_apps.demos.processes import CELLS
 
 from tools.picture_console import SIZE, opened_page
 from tools.screenshot import browsers
@@ -336,6 +337,25 @@ def _films(client: virtualrobot.Client, page: Page) -> None:
     panel.get_by_text("is taken").wait_for()
 
 
+def _process(client: virtualrobot.Client, page: Page) -> None:
+    """Look along the saddle of the demo's pipes, in their own cell, with a torch that may not turn."""
+    client.clock.set_stepped()
+    client.scene.load_scene(CELLS / "pipes.yaml")
+    page.locator('.node[data-name="arm"]').click()
+    page.get_by_role("tab", name="Process", exact=True).click()
+    page.locator(DRAWN).wait_for()
+    page.locator('.node[data-name="pipes"]').click()
+    page.keyboard.press("f")
+    page.wait_for_timeout(1000.0)
+    page.locator('.node[data-name="arm"]').click()
+    text = (CELLS / "weld.yaml").read_text("utf-8").replace("rotation: free", "rotation: 0")
+    page.set_input_files("#open-process", {"name": "weld.yaml", "mimeType": "", "buffer": text.encode()})
+    panel = page.get_by_label("What happens", exact=True)
+    panel.get_by_role("button", name="Look").click()
+    panel.get_by_text("out of reach: ").first.wait_for()
+    page.evaluate("document.activeElement.blur()")
+
+
 def _save(shown: Page | Locator, file: Path) -> None:
     page = shown.page if isinstance(shown, Locator) else shown
     page.locator(DRAWN).wait_for()
@@ -359,6 +379,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "connections": _connections,
     "speeds": _speeds,
     "films": _films,
+    "process": _process,
     "modeller": _modeller,
     "joints": _joints,
 }
