@@ -14,7 +14,7 @@ import numpy as np
 from virtualrobot.geometry import Matrix, pose
 
 Step = tuple[Any, ...]
-MOST_LINES = 1000
+MOST_LINES = 100_000
 """Lines that a program may run through."""
 _HOLDS = {
     "==": lambda a, b: a == b,

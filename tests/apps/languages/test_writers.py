@@ -10,7 +10,7 @@ import pytest
 import virtualrobot
 from click.testing import CliRunner
 from virtualrobot import Client, Program, Robot
-from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.errors import InvalidArgumentError, TooLargeError
 from virtualrobot_apps.emulators.body import SimulatedArm
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.scripts import run_script
@@ -415,3 +415,17 @@ def test_the_command_writes_and_reads(arm: Robot, steps: Client, stepped_kernel:
     assert code == 1 and "gripper=DO[1], not 'closed'" in said
     code, said = run("export", cell, "--as", "rapid", "--tool-state", "closed=gripper:on")
     assert code == 1 and "a signal's value is true, false or a number, not 'on'" in said
+
+
+def test_a_program_of_more_than_140_seconds_is_refused_and_one_of_two_minutes_is_written(
+    arm: Robot, steps: Client
+) -> None:
+    """An answer of the kernel holds 59 s of six joints at each tick; of longer ones it holds as many samples."""
+    ends = []
+    for seconds in (1.0, 100.0):
+        program = steps.program().dwell(seconds).move(arm.linear(pose(z=-0.05), reference="tray", velocity=0.02))
+        ends.append(goals(moves(resolved(steps, arm, program))[-1])[0])
+    np.testing.assert_allclose(ends[1].base_t_tcp, ends[0].base_t_tcp, atol=1e-9)
+    np.testing.assert_allclose(ends[1].joints, ends[0].joints, atol=1e-9)
+    with pytest.raises(TooLargeError, match="and 140 s are written at once: write it in parts"):
+        resolved(steps, arm, steps.program().dwell(150.0).move(arm.linear(arm.tcp @ pose(x=0.05))))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from google.protobuf import json_format
 from virtualrobot.connection import Client
-from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
+from virtualrobot.errors import InvalidArgumentError, TooLargeError, VirtualRobotError
 from virtualrobot.geometry import Matrix, pose_from_quaternion
 from virtualrobot.motions.plans import MotionPlan
 from virtualrobot.motions.program import Program
@@ -50,6 +50,8 @@ from virtualrobot_apps.languages.writers.ways import MOST_WAYS, Step, Way, all_s
 
 REST_SECONDS = 0.05
 """Time (s) that the planned program stands after each move, so that a sample is where the move ends."""
+SAMPLES, APART_SECONDS = 14_000, 0.01
+"""Samples of a plan that one answer holds, and how far apart (s) they may be: at 0.3 m/s a tool is 3 mm farther."""
 VELOCITY, ACCELERATION = 0.25, 1.0
 """Speed (m/s) and acceleration (m/s^2) of lines and arcs that give none; see `Linear` in the contract."""
 SAME = 1e-6
@@ -109,7 +111,7 @@ class _Resolver:
         self._frames: dict[str, Matrix] = {}
         self._found: list[Placed] = []
         self._notes: dict[str, None] = {}
-        self._share, self._flange_t_tcp = 1.0, np.eye(4)
+        self._share = 1.0
         self._joints = tuple(robot.chain_joint_names)
         limits = robot.limits
         self._velocities = np.array([limits[one].velocity for one in self._joints])
@@ -229,7 +231,7 @@ class _Resolver:
 
     def _take(self, way: Way) -> None:
         """Be where a way ends, with the tool and the speed that are chosen there."""
-        self._found, self._tool, self._share, self._flange_t_tcp = [], way.tool, way.share, self._tcp(way.tool)[1]
+        self._found, self._tool, self._share = [], way.tool, way.share
 
     def _in_base(self, world_t_node: Matrix) -> Matrix:
         return np.linalg.inv(self._world_t_base) @ world_t_node
@@ -270,7 +272,7 @@ class _Resolver:
                 places.append(at)
         said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
         try:
-            return self._client.program(json.dumps(said)).plan(), numbers
+            return _sampled(self._client.program(json.dumps(said))), numbers
         except VirtualRobotError as error:
             number = error.metadata.get("step", "")
             if not number.isdigit():
@@ -321,8 +323,8 @@ class _Resolver:
 
     def _use(self, at: str) -> None:
         """Work with the chosen tool from here on."""
-        name, self._flange_t_tcp = self._tcp(self._tool)
-        self._tools[name] = self._flange_t_tcp
+        name, flange_t_tcp = self._tcp(self._tool)
+        self._tools[name] = flange_t_tcp
         self._found.append((at, UseTool(name)))
 
     def _tcp(self, chosen: tuple[str, str]) -> tuple[str, Matrix]:
@@ -344,7 +346,7 @@ class _Resolver:
         if lines is None:
             raise _refused(at, "it turns its tool on the spot, which no line tells; go there by joint moves")
         self._frames.setdefault("", np.eye(4))
-        passed = [(ways[row], poses[row], self._branch(ways[row], poses[row])) for row in lines.rows]
+        passed = [(ways[row], poses[row], self._branch(ways[row])) for row in lines.rows]
         goals = [Goal(joints, pose, "", pose, branch) for joints, pose, branch in passed]
         for before, goal in pairwise(goals):
             if _bent(before.branch) != _bent(goal.branch):
@@ -415,14 +417,12 @@ class _Resolver:
             frame_t_tcp = wished
         elif frame:
             raise _refused(at, f"its frame {frame!r} moves while the program runs, which a robot does not know")
-        return Goal(joints, base_t_tcp, frame, frame_t_tcp, self._branch(joints, base_t_tcp))
+        return Goal(joints, base_t_tcp, frame, frame_t_tcp, self._branch(joints))
 
-    def _branch(self, joints: Floats, base_t_tcp: Matrix) -> str:
-        """Return the name of the posture's branch."""
+    def _branch(self, joints: Floats) -> str:
+        """Return the name of the posture's branch, whatever tool is chosen by then."""
         seed = dict(zip(self._joints, joints.tolist(), strict=True))
-        world_t_flange = self._world_t_base @ base_t_tcp @ np.linalg.inv(self._flange_t_tcp)
-        flange = self._robot.group(tip=self._robot.flange)
-        found = flange.solve_inverse(world_t_flange, seed)
+        found = self._robot.solve_inverse(self._robot.solve_forward(seed).world_t_tcp, seed)
         return found.configurations[0] if found.configurations else ""
 
     def _via(self, at: str, goal: Goal, poses: Matrix, ways: Floats) -> Goal:
@@ -491,6 +491,23 @@ def _spec_of(program: Program) -> motion_pb2.MotionSpec:
     said = json.loads(program.text)
     del said["schema_version"]
     return json_format.ParseDict(said, motion_pb2.MotionSpec())
+
+
+def _sampled(program: Program) -> MotionPlan:
+    """Return the plan of a program at each tick, or, of a long one, as densely as one answer holds.
+
+    Raises TooLargeError where that would be coarser than APART_SECONDS, and what `Program.plan` raises.
+    """
+    try:
+        return program.plan()
+    except TooLargeError:
+        seconds = program.plan(sample_time=1.0).duration
+        if seconds > SAMPLES * APART_SECONDS:
+            raise TooLargeError(
+                f"the program takes {seconds:.4g} s where it stands after each move, and {SAMPLES * APART_SECONDS:g} s "
+                "are written at once: write it in parts"
+            ) from None
+        return program.plan(sample_time=seconds / SAMPLES)
 
 
 def _moves(step: motion_pb2.ProgramStep) -> bool:
