@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.curves.way import Way, checked_way
+from virtualrobot_apps.demos.processes.workpieces import bent
 from virtualrobot_apps.processes.sources.picked import spline
 from virtualrobot_apps.processes.sources.raster import raster
 from virtualrobot_apps.processes.sources.sampling import sampled
@@ -97,6 +98,20 @@ def test_a_raster_on_a_ball_is_even_along_its_arc() -> None:
     inner = angles[np.abs(angles) < np.radians(50.0)]
     assert len(inner) == 9
     np.testing.assert_allclose(np.diff(inner), 0.02 / RADIUS, rtol=0.05)
+
+
+def test_a_raster_in_a_hollow_has_one_way_in_each_plane() -> None:
+    """A sheet that is bent up both ways, 0.5 m wide along an arc of 0.9 m: what is seen is all of it."""
+    hollow = bent(0.5, 0.6, 0.004, (-0.9, -1.2))
+    ways = raster(hollow, 0.05, [0.0, 1.0, 0.0], axis=[0.0, 0.0, -1.0])
+
+    def parabola(half: float, radius: float) -> float:
+        """Return the length of x^2 / 2 r from -half to half."""
+        slope = half / radius
+        return radius * (slope * np.sqrt(1.0 + slope**2) + np.arcsinh(slope))
+
+    assert len(ways) == np.ceil(parabola(0.25, 0.9) / 0.05)
+    np.testing.assert_allclose([way.length for way in ways], parabola(0.3, 1.2), rtol=1e-3)
 
 
 def test_a_raster_leads_in_and_out() -> None:

@@ -137,7 +137,8 @@ def _seen(
         if (way.points[-1] - way.points[0]) @ along < 0.0:
             way = way.reversed()
         way = sampled(way, chord, step)
-        hidden = _below(way.points, begins, ends, up, along, 1e-6 * surface.size)
+        # What is sampled is within the chord of the lines: in a hollow it is below them.
+        hidden = _below(way.points, begins, ends, up, along, chord + 1e-6 * surface.size)
         for rows in np.split(np.arange(len(hidden)), np.flatnonzero(np.diff(hidden)) + 1):
             if len(rows) > 1 and not hidden[rows[0]]:
                 found.append(Way(way.points[rows], way.normals[rows]))
