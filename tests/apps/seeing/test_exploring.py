@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from virtualrobot_apps.seeing.navigation.floors import Box
 from virtualrobot_apps.seeing.navigation.mapping import Mapper
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
 from virtualrobot_apps.seeing.navigation.poses import Floats
+from virtualrobot_apps.seeing.navigation.scans import QUIET, Scan
 
-from tests.apps.seeing import own_rooms
-from tests.apps.seeing.flat_lidar import REACH
+from tests.apps.seeing import flat_vehicles, own_rooms
+from tests.apps.seeing.flat_lidar import REACH, scan_at
 from tests.apps.seeing.flat_vehicles import BEHIND, Driven, drive, known, room, vehicle
 from tests.apps.seeing.own_rooms import START, Size, box
 
@@ -65,6 +67,22 @@ def test_what_can_be_seen_of_a_drawn_room_is_on_its_map(rng: np.random.Generator
 def gap() -> list[Box]:
     """Return two rooms with a gap of 0.3 m between them, and a screen behind it."""
     return [*room(4.0, 2.0), box(1.9, 0.0, 2.0, 0.8), box(1.9, 1.1, 2.0, 2.0), box(2.4, 0.3, 2.5, 1.6)]
+
+
+@pytest.mark.long
+def test_a_lidar_that_does_not_tell_that_nothing_is_there_maps_a_room_too(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such as the LDS-01, whose distance is 0 where it has no echo, as where something is too near."""
+
+    def scan(
+        boxes: Sequence[Box], pose: Floats, odometry: Floats | None, rng: np.random.Generator | None, time: float
+    ) -> Scan:
+        made = scan_at(boxes, pose, odometry, rng, time)
+        return replace(made, empty=np.zeros((0, 2)), quiet=QUIET * made.empty)
+
+    monkeypatch.setattr(flat_vehicles, "scan_at", scan)
+    check(*own_rooms.divided(), rng)
 
 
 @pytest.mark.long

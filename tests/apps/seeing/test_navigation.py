@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from click.testing import CliRunner
-from virtualrobot.errors import WrongStateError
+from virtualrobot.errors import InvalidArgumentError, WrongStateError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.seeing.navigation import floors, journeys
 from virtualrobot_apps.seeing.navigation.command import navigate
@@ -128,6 +128,12 @@ def test_there_is_no_map_where_nothing_stands(client: virtualrobot.Client) -> No
     vehicle = Vehicle(client, ROBOT, *sensors_of(client, ROBOT))
     with pytest.raises(WrongStateError, match="hardly an echo"):
         journeys.explore(client, vehicle, np.array(floors.START))
+
+
+def test_a_sonar_is_no_lidar(client: virtualrobot.Client) -> None:
+    placed(client, [], np.array(floors.START))
+    with pytest.raises(InvalidArgumentError, match=r"'ugv.sonar_front' has 1 x 1 rays: a lidar that looks around"):
+        Vehicle(client, ROBOT, "ugv.sonar_front", sensors_of(client, ROBOT)[1])
 
 
 def test_twists_are_as_slow_as_the_drives_of_a_vehicle(client: virtualrobot.Client) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtualrobot.errors import MalformedFileError, MissingFileError
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError
 from virtualrobot.sensors.range_sensors import RangeReading
 from virtualrobot_apps.seeing.navigation import floors
 from virtualrobot_apps.seeing.navigation.following import Limits, Surroundings, choose
@@ -21,7 +21,7 @@ from virtualrobot_apps.seeing.navigation.planning import Costmap, NoWayError, Pl
 from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
 from virtualrobot_apps.seeing.navigation.poses import Floats, arc, between, compose, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.regions import Distances, apart
-from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
+from virtualrobot_apps.seeing.navigation.scans import QUIET, OdometryTrack, ScanMaker
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
 from tests.apps.seeing.flat_lidar import scan_at
@@ -77,6 +77,24 @@ def test_a_scan_made_while_turning_is_straight_again() -> None:
     met = moved(arc(twist, 1.0), scan.points)
     np.testing.assert_allclose(met[:, 0], 2.0, atol=1e-6)
     np.testing.assert_allclose(met[:, 1], then[:, 1] + reach * np.sin(heading), atol=1e-6)
+
+
+def test_rays_that_tell_zero_have_passed_what_is_far() -> None:
+    """A lidar whose distance is 0 without echo: where its neighbours are far, and not where something may be too near.
+
+    Ray 0 has had no echo at all yet: its direction goes on from those of the others.
+    """
+    angles = np.arange(8) * np.pi / 4.0
+    distances = np.array([0.0, 2.0, 3.0, 0.3, 0.0, 0.3, 3.0, 2.0], np.float32)[None]
+    valid = distances > 0.0
+    points = np.stack([distances * np.cos(angles), distances * np.sin(angles), 0.0 * distances], axis=2)
+    points[~valid] = np.nan
+    reading = RangeReading(distances, valid, None, None, (), points.astype(np.float32), "sensor", None)
+    track = OdometryTrack()
+    track.add(0.0, np.zeros(3))
+    scan = ScanMaker(np.zeros(3), 3.5).scan(0.0, reading, track)
+    assert len(scan.points) == 6 and not len(scan.empty)
+    np.testing.assert_allclose(scan.quiet, [(QUIET * 3.5, 0.0)], atol=1e-6)
 
 
 def test_a_match_is_exact_without_noise_and_corners(rng: np.random.Generator) -> None:
@@ -303,6 +321,8 @@ def test_each_end_is_told_in_words(seed: int) -> None:
 
 
 def test_a_goal_has_finite_numbers() -> None:
-    navigator = Navigator(Mapper(np.zeros(3)), FOOTPRINT)
-    with pytest.raises(ValueError, match="finite numbers"):
-        navigator.go(Goal(np.nan, 0.0))
+    """It is refused when it is made, before anything drives."""
+    for numbers in ((np.nan, 0.0), (0.0, np.inf), ("a", 1.0), (1.0, None), (0.0, 0.0, np.nan)):
+        with pytest.raises(InvalidArgumentError, match=r"a goal has finite numbers, not Goal\("):
+            Goal(*numbers)  # pyright: ignore[reportArgumentType]
+    assert Goal(1, np.float32(2.0)).heading is None  # pyright: ignore[reportArgumentType]

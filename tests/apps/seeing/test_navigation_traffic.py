@@ -15,6 +15,7 @@ from virtualrobot_apps.seeing.navigation.poses import Floats, distance
 from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
+from tests.apps.seeing.flat_lidar import REACH
 from tests.apps.seeing.flat_vehicles import BEHIND, UGV, Driven, drive, known, room, vehicle
 
 pytestmark = pytest.mark.long
@@ -212,6 +213,18 @@ def test_where_the_lidar_sees_nothing_it_says_so(rng: np.random.Generator) -> No
     drive([ugv], lambda time: walls, rng)
     assert ugv.navigator.reached
     assert ugv.told[0] == "sees nothing in the lidar's reach: goes on by odometry alone"
+
+
+def test_a_map_whose_walls_are_gone_is_told(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lidar is silent where the map has walls on all sides: odometry alone leads nowhere."""
+    monkeypatch.setattr(navigator, "LOST_SECONDS", 3.0)
+    pose, told = np.array([0.6, 1.5, 0.0]), list[str]()
+    where = Localiser(known(FURNISHED, 4.0, 3.0), pose, REACH)
+    ugv = Driven(Navigator(where, UGV, say=told.append), pose, pose.copy(), told=told)
+    ugv.navigator.go(Goal(3.5, 2.6))
+    drive([ugv], lambda time: [Box(90.0, 90.0, 1.0, 1.0, 1.0, "white")], rng)
+    assert not ugv.navigator.reached and "is lost: looks for its place in the map" in told, told
+    assert told[-1].startswith("gives up: no place of this map fits what the lidar sees"), told
 
 
 @pytest.mark.parametrize("sonars", [0, 3])

@@ -15,18 +15,22 @@ from numpy.typing import NDArray
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.mapping import Mapper
 from virtualrobot_apps.seeing.navigation.navigator import SILENT_SECONDS, Goal, Navigator
-from virtualrobot_apps.seeing.navigation.planning import TURNING, Costmap, NoWayError, Planner
+from virtualrobot_apps.seeing.navigation.planning import FREELY, TURNING, Costmap, NoWayError, Planner
 from virtualrobot_apps.seeing.navigation.poses import Floats
 from virtualrobot_apps.seeing.navigation.regions import Mask, parts, ways_from, widened
 
 SMALLEST = 0.35
 """Length (m) from which on an edge of the known is looked at."""
+PIECE, LEAST_PIECE = 1.0, 0.15
+"""Edge (m) of the squares into which long edges fall, and length of a piece from which on it is looked at."""
 SIGHT = 0.85
 """Part of the lidar's reach from which an edge is looked at."""
 LOOKS, OTHER_PLACE = 3, 0.3
 """Number of looks at one edge that change nothing after which it is left, and how far apart their places are (m)."""
 GAIN, AWAY = 0.5, 0.3
 """Meters of way that a meter of an edge makes up for, and those that a meter from a place to the edge counts for."""
+TIGHT = 0.5
+"""Meters of way that a place counts for where it can just turn."""
 CHECKED = 10
 """Periods from one check to the next of how much of an edge is seen."""
 _TARGETS, _RAYS = 12, 240
@@ -112,9 +116,10 @@ class Explorer:
         roomy = reached & (planner.clearance > footprint.outer + TURNING)
         rows, columns = grid.cells(self.navigator.pose[None, :2])
         ways = ways_from(reached, int(rows[0]), int(columns[0])) * grid.resolution
+        tight = np.where(planner.clearance > footprint.outer + FREELY, 0.0, TIGHT)
         best, goal = np.inf, None
         for edge in _edges(grid, reached):
-            found = self._place(grid, edge, ways, roomy, reached)
+            found = self._place(grid, edge, ways + tight, roomy, reached)
             if isinstance(found, str):
                 self.unseen.append(Unseen(edge, found))
             elif found[0] < best:
@@ -178,11 +183,22 @@ def _edges(grid: Grid, reached: Mask) -> list[Edge]:
     labels, count = parts(_frontier(grid) & inside)
     edges = []
     for number in range(1, count + 1):
-        own = labels == number
-        length = int(own.sum()) * grid.resolution
-        if length >= SMALLEST:
-            cells = grid.middles(*np.nonzero(own))
-            edges.append(Edge(cells, grid.middles(*np.nonzero(unknown & widened(own))), length))
+        rows, columns = np.nonzero(labels == number)
+        if len(rows) * grid.resolution < SMALLEST:
+            continue
+        cells = grid.middles(rows, columns)
+        # A long one is looked at piece by piece, each where the map is then, however it goes on beyond.
+        long = np.ptp(cells, axis=0).max() > 1.5 * PIECE
+        tiles = np.floor(cells / PIECE).astype(np.int64) if long else np.zeros((len(cells), 2), np.int64)
+        _, piece = np.unique(tiles, axis=0, return_inverse=True)
+        for one in range(int(piece.max()) + 1):
+            mine = piece.ravel() == one
+            length = int(mine.sum()) * grid.resolution
+            if long and length < LEAST_PIECE:
+                continue
+            own = np.zeros(labels.shape, bool)
+            own[rows[mine], columns[mine]] = True
+            edges.append(Edge(cells[mine], grid.middles(*np.nonzero(unknown & widened(own))), length))
     return edges
 
 

@@ -40,7 +40,7 @@ class Grid:
     def insert(self, scan: Scan, pose: Floats) -> None:
         """Take in a scan made at a pose (3,) of its base; the grid grows where it has to."""
         origin = moved(pose, scan.origin[None])[0]
-        echoes, empty = moved(pose, scan.points), moved(pose, scan.empty)
+        echoes, empty = moved(pose, scan.points), moved(pose, np.vstack([scan.empty, scan.quiet]))
         ends = np.vstack([echoes, empty])
         if not len(ends):
             return

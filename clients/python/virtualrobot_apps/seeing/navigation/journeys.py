@@ -96,7 +96,7 @@ def go(
         watch: told the pose (3,) that the vehicle thinks it has, once a period.
         pace: simulated seconds for each second of the wall clock; 0: as fast as it can be.
     """
-    navigator = Navigator(Localiser(grid, start), vehicle.footprint, say=say)
+    navigator = Navigator(Localiser(grid, start, vehicle.reach), vehicle.footprint, say=say)
     reached = []
     with Drive(client, [vehicle]) as drive:
         loop = _Loop(drive, vehicle, navigator, watch, pace)

@@ -22,6 +22,8 @@ CLEARER = 0.1
 """Lead of the best place over any other one, in shares, with which a lost vehicle is there."""
 BEHIND = 0.3
 """Distance (m) by which a ray that has passed a wall of the map must have gone on."""
+WALLS_ABOUT = 0.5
+"""Part of all directions with walls of the map in the lidar's reach, from which on a scan without echoes is unfit."""
 STEP_METERS, STEP_RADIANS = 0.25, np.radians(6.0)
 """Distance and turn between the places that are looked at."""
 _RAYS = 60
@@ -33,13 +35,13 @@ _REFINED = 12
 class Localiser:
     """Tells where a vehicle is in a map, by scans and odometry."""
 
-    def __init__(self, grid: Grid, start: Floats | None = None) -> None:
-        """Begin at a pose (3,) in the map; None: lost.
+    def __init__(self, grid: Grid, start: Floats | None = None, reach: float = 0.0) -> None:
+        """Begin at a pose (3,) in the map; None: lost. The lidar sees so far (m); 0: nobody knows.
 
         Raises:
             InvalidArgumentError: where the map has too few walls to tell a place by.
         """
-        self.grid = grid
+        self.grid, self._reach = grid, reach
         walls, normals = grid.faces()
         if len(walls) < FEWEST:
             raise InvalidArgumentError(
@@ -72,6 +74,7 @@ class Localiser:
         step = np.zeros(3) if self._odometry is None else between(self._odometry, scan.odometry)
         self._pose, self._odometry = guess, scan.odometry
         if len(scan.points) < FEWEST:
+            self._unfit += self._walls_about(moved(guess, scan.origin[None])[0]) > WALLS_ABOUT
             return guess
         if self.lost:
             self._look(scan, step)
@@ -86,6 +89,12 @@ class Localiser:
         self._unfit = 0
         self._pose = found.pose
         return found.pose
+
+    def _walls_about(self, place: Floats) -> float:
+        """Return in which part of all directions from a place (2,) the map has walls within the lidar's reach."""
+        turns = np.arange(_RAYS) * 2.0 * np.pi / _RAYS
+        ends = place + self._reach * np.column_stack([np.cos(turns), np.sin(turns)])
+        return float(self.grid.stops(place, ends, BEHIND).mean())
 
     def _look(self, scan: Scan, step: Floats) -> None:
         """Look for the vehicle: everywhere at first, then where it would have driven to from the best places."""

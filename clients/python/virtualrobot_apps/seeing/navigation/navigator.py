@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.seeing.navigation.following import (
     Choice,
@@ -92,6 +93,12 @@ class Goal:
     y: float
     heading: float | None = None
 
+    def __post_init__(self) -> None:
+        """Raise InvalidArgumentError for what is no finite number."""
+        given = (self.x, self.y, 0.0 if self.heading is None else self.heading)
+        if not all(isinstance(one, int | float | np.number) and math.isfinite(one) for one in given):
+            raise InvalidArgumentError(f"a goal has finite numbers, not {self}")
+
 
 class Navigator:
     """Leads one vehicle to goals. `step` is told what is seen once a period, and returns the twist to drive."""
@@ -133,8 +140,6 @@ class Navigator:
 
     def go(self, goal: Goal) -> None:
         """Head for another goal."""
-        if not all(map(math.isfinite, (goal.x, goal.y, goal.heading or 0.0))):
-            raise ValueError(f"a goal has finite numbers, not {goal}")
         self.goal, self.end, self.reached, self.way, self._said = goal, None, False, None, ""
         self._searches = 0
         self._begin(self.last_time)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from virtualrobot.sensors.range_sensors import RangeReading
 
 from virtualrobot_apps.seeing.navigation.matching import normals_of
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, moved, wrapped
+
+QUIET = 0.8
+"""Part of its reach up to which a lidar that says 0 without echo is taken to have met nothing."""
+BESIDE = 0.5
+"""Distance (m) beyond which what is beside such a ray must be: else something too near to be told may stand there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,6 +24,7 @@ class Scan:
     time: of its last ray (s of simulation time). points: (n, 2) echoes in the frame of the base at that time (m).
     normals: (n, 2) of what they come from, towards the lidar. empty: (m, 2) ends of rays that came to nothing, as far
     as the lidar sees. origin: (2,) the lidar's place there. odometry: (3,) pose of the base at that time by odometry.
+    quiet: (k, 2) ends of rays that told nothing, not even that nothing is there, as some lidars do where nothing is.
     """
 
     time: float
@@ -26,6 +33,7 @@ class Scan:
     empty: Floats
     origin: Floats
     odometry: Floats
+    quiet: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 class OdometryTrack:
@@ -75,8 +83,12 @@ class ScanMaker:
             self._directions = np.zeros((len(points), 2))
         lengths = np.linalg.norm(points[valid], axis=1, keepdims=True)
         self._directions[valid] = points[valid] / np.maximum(lengths, 1e-9)
-        nothing = ~valid & np.isinf(reading.distances[0]) & self._directions.any(axis=1)
-        ends = np.where(valid[:, None], points, self._directions * self._reach)
+        self._fill()
+        silent = ~valid & self._directions.any(axis=1)
+        nothing = silent & np.isinf(reading.distances[0])
+        quiet = silent & ~nothing & (_beside(valid, lengths[:, 0]) > BESIDE)
+        reach = np.where(nothing, self._reach, QUIET * self._reach)[:, None]
+        ends = np.where(valid[:, None], points, self._directions * reach)
         seen = moved(self._mount, ends)
         if reading.ages is not None:
             then = track.at(time - np.asarray(reading.ages, np.float64))
@@ -89,4 +101,27 @@ class ScanMaker:
             seen[nothing],
             self._mount[:2].copy(),
             track.at(np.array([time]))[0],
+            seen[quiet],
         )
+
+    def _fill(self) -> None:
+        """Give rays that have had no echo yet their directions, where those of the others go on evenly."""
+        assert self._directions is not None
+        directed = np.asarray(self._directions.any(axis=1), bool)
+        known = np.flatnonzero(directed)
+        if len(known) in (0, 1, len(self._directions)):
+            return
+        told = np.arctan2(self._directions[known, 1], self._directions[known, 0])
+        step = float(np.median(np.asarray(wrapped(np.diff(told)), np.float64) / np.diff(known)))
+        angles = told[0] + step * (np.arange(len(self._directions)) - known[0])
+        fan = np.column_stack([np.cos(angles), np.sin(angles)])
+        if np.abs(fan[known] - self._directions[known]).max() < 0.01:
+            self._directions = np.where(directed[:, None], self._directions, fan)
+
+
+def _beside(valid: NDArray[np.bool_], lengths: Floats) -> Floats:
+    """Return the lesser length (n,) of the next rays to either side of each that are valid, whose lengths are given."""
+    if not len(lengths):
+        return np.full(len(valid), np.inf)
+    after = np.searchsorted(np.flatnonzero(valid), np.arange(len(valid))) % len(lengths)
+    return np.minimum(lengths[after - 1], lengths[after])

@@ -13,6 +13,7 @@ from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.sensors.range_sensors import RangeReading
 
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
+from virtualrobot_apps.seeing.navigation.matching import FEWEST
 from virtualrobot_apps.seeing.navigation.navigator import Observation
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, planar
 from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
@@ -53,8 +54,11 @@ class Vehicle:
             if client.sensors.status(sensor).kind != kind:
                 raise InvalidArgumentError(f"{sensor!r} is a {client.sensors.status(sensor).kind}, not a {kind}")
         first = client.sensors[lidar].read(points=True, frame="sensor")
-        if not isinstance(first.value, RangeReading) or first.value.distances.shape[0] != 1:
-            raise InvalidArgumentError(f"{lidar!r} has more than one row of rays: a lidar that looks around has one")
+        rows, rays = first.value.distances.shape if isinstance(first.value, RangeReading) else (0, 0)
+        if rows != 1 or rays < FEWEST:
+            raise InvalidArgumentError(
+                f"{lidar!r} has {rows} x {rays} rays: a lidar that looks around has one row of {FEWEST} rays at least"
+            )
         self._odometry = robot.odometry(settings=thought, encoders=client.sensors[encoders].read().value)
         start = self._odometry.reading.pose
         base = np.eye(4)
