@@ -99,7 +99,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing": ("virtualrobot_apps", "virtualrobot", "numpy", "scipy"),
-    f"{APPS}/seeing/changes/registering.py": ("virtualrobot_apps", "numpy", "scipy", "small_gicp"),
+    f"{APPS}/seeing/changes/registering.py": ("virtualrobot_apps", "virtualrobot", "numpy", "scipy", "small_gicp"),
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Processes look for ways on meshes, and on splines.
     f"{APPS}/demos/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "trimesh"),

@@ -108,6 +108,14 @@ def test_bad_bodies_and_jaws_are_refused_in_words(rng: np.random.Generator) -> N
         surface_of_mesh(np.zeros((3, 3)), [(0, 1, 2)], 200, rng)
     with pytest.raises(InvalidArgumentError, match="a cloud has 16 points at least, not 0"):
         surface_of_cloud(np.zeros((0, 3)), np.zeros(3))
+    cloud = rng.normal(size=(20, 3))
+    cloud[3] = np.nan
+    with pytest.raises(InvalidArgumentError, match="1 of 20 points of a cloud are not finite, the first is number 3"):
+        surface_of_cloud(cloud, np.zeros(3))
+    with pytest.raises(InvalidArgumentError, match="20 points was seen from 1 place or as many, not 2"):
+        surface_of_cloud(np.ones((20, 3)), np.zeros((2, 3)))
+    with pytest.raises(InvalidArgumentError, match="a surface has a normal for each point, not 19 for 20"):
+        Surface(np.ones((20, 3)), np.ones((19, 3)))
     with pytest.raises(InvalidArgumentError, match="a friction coefficient is above 0"):
         grasps(sampled(cube, rng), JAW, rng, friction=0.0)
     with pytest.raises(InvalidArgumentError, match="sizes of a jaw are above 0"):

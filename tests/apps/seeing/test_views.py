@@ -81,6 +81,32 @@ def test_what_cannot_be_seen_is_said() -> None:
         Voxels(LOW, HIGH, 0.001)
 
 
+def test_what_no_sensor_has_is_refused() -> None:
+    """Rays, ranges and views that no sensor has, and scans with numbers that are not finite."""
+    views, voxels = views_around(MIDDLE, np.array([0.7]), 10), Voxels(LOW, HIGH, EDGE)
+    for rays, words in (
+        (np.zeros((0, 3)), "rays are one or more directions of length 1, not 0"),
+        (RAYS * np.nan, "rays are not finite, the first is number 0"),
+        (2.0 * RAYS, "directions of length 1"),
+        (RAYS[:, :2], r"rays have the shape \(n, 3\)"),
+    ):
+        with pytest.raises(InvalidArgumentError, match=words):
+            ViewPlanner(voxels, views, rays, REACH)
+    for reach in (0.0, np.nan, np.inf, -1.0):
+        with pytest.raises(InvalidArgumentError, match="a sensor sees farther than 0 m"):
+            ViewPlanner(voxels, views, RAYS, reach)
+    with pytest.raises(InvalidArgumentError, match=r"views are finite poses \(n, 4, 4\)"):
+        ViewPlanner(voxels, views[0], RAYS, REACH)
+    with pytest.raises(InvalidArgumentError, match=r"possible\(views\) is a mask of 10 booleans, not bool \(3,\)"):
+        ViewPlanner(voxels, views, RAYS, REACH, lambda all_of_them: np.ones(3, bool))
+    planner = ViewPlanner(voxels, views, RAYS, REACH)
+    with pytest.raises(InvalidArgumentError, match="1 of 2 ends of rays are not finite, the first is number 1"):
+        planner.take(np.zeros(3), np.array([(0.1, 0.0, 0.0), (np.nan, 0.0, 0.0)]), np.ones(2, bool))
+    with pytest.raises(InvalidArgumentError, match=r"met is a mask of 2 booleans, not bool \(3,\)"):
+        planner.take(np.zeros(3), np.full((2, 3), 0.1), np.ones(3, bool))
+    assert not voxels.states.any()
+
+
 def test_views_look_at_the_middle_from_their_distance() -> None:
     views = views_around(MIDDLE, np.array([0.7, 0.9]), 20)
     off = views[:, :3, 3] - MIDDLE

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.seeing.changes.registering import Registration, moved, off_planes, registered
+from virtualrobot_apps.seeing.changes.registering import LEAST_DEVIATION, Registration, moved, off_planes, registered
 from virtualrobot_apps.seeing.changes.scan import Floats, Scan
 
 BEFORE = 0.02
@@ -39,8 +39,9 @@ class OtherPlaceError(InvalidArgumentError):
 class Change:
     """Thing that stands there now (`appeared`), or is gone.
 
-    place: (3,) middle of the box about what was seen of it, and size: (3,) of that box, along the world's axes (m).
-    points: number of its points.
+    place: (3,) middle of the box about what was seen of it, and size: (3,) of that box, along the world's axes (m),
+    down to the surface below that the other scan has seen, where its points come near that. What is hidden, such as its
+    far side, is not in it, and between rays it may go on. points: number of its points.
     """
 
     appeared: bool
@@ -58,15 +59,19 @@ class Change:
         x, y, z = self.place
         wide, deep, high = self.size
         where = "stands now" if self.appeared else "stood"
-        return f"something {wide:.2f} x {deep:.2f} x {high:.2f} m {where} at ({x:.2f}, {y:.2f}, {z:.2f})"
+        return f"something, seen of it {wide:.2f} x {deep:.2f} x {high:.2f} m, {where} at ({x:.2f}, {y:.2f}, {z:.2f})"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """Comparison of two scans: what changed, the biggest first, and how the second was registered with the first."""
+    """Comparison of two scans: what changed, the biggest first, and how the second was registered with the first.
+
+    identical: both are the same to the bit: the sensor has not measured again, or it has no noise.
+    """
 
     changes: tuple[Change, ...]
     registration: Registration
+    identical: bool = False
 
 
 def compare(before: Scan, after: Scan) -> Comparison:
@@ -77,13 +82,10 @@ def compare(before: Scan, after: Scan) -> Comparison:
 
     Raises:
         OtherPlaceError: where the scans are of different places.
-        InvalidArgumentError: where both are the same scan.
+        InvalidArgumentError: where echoes of one lie too close together to be registered.
     """
     if before.points.shape == after.points.shape and np.array_equal(before.points, after.points):
-        raise InvalidArgumentError(
-            "both scans are the same to the bit: the sensor has not measured again between them, or it has no noise, "
-            "and nothing has changed"
-        )
+        return Comparison((), Registration(np.eye(4), 1.0, LEAST_DEVIATION), identical=True)
     guess = np.linalg.inv(before.world_t_sensor) @ after.world_t_sensor
     found = registered(before.points, after.points, guess)
     if found.share < SAME_PLACE:
@@ -94,11 +96,13 @@ def compare(before: Scan, after: Scan) -> Comparison:
     back = np.asarray(np.linalg.inv(found.pose), np.float64)
     new = after.points[_unseen(before.points, moved(found.pose, after.points), found.deviation)]
     gone = before.points[_unseen(after.points, moved(back, before.points), found.deviation)]
+    clear, world_t_after = BEFORE + 5.0 * found.deviation, before.world_t_sensor @ found.pose
+    was, now = moved(before.world_t_sensor, before.points), moved(world_t_after, after.points)
     changes = [
+        *_things(moved(world_t_after, new), np.linalg.norm(new, axis=1), _step(after.points), was, clear, True),
         *_things(
-            moved(before.world_t_sensor @ found.pose, new), np.linalg.norm(new, axis=1), _step(after.points), True
+            moved(before.world_t_sensor, gone), np.linalg.norm(gone, axis=1), _step(before.points), now, clear, False
         ),
-        *_things(moved(before.world_t_sensor, gone), np.linalg.norm(gone, axis=1), _step(before.points), False),
     ]
     return Comparison(tuple(sorted(changes, key=lambda one: -one.volume)), found)
 
@@ -137,8 +141,11 @@ def _among(around: Floats, to: Floats, least: float) -> np.ndarray:
     return np.asarray((sides.max(axis=1) > least).all(axis=1), bool)
 
 
-def _things(points: Floats, ranges: Floats, step: float, appeared: bool) -> list[Change]:
-    """Return the things that points (n, 3) of the world at distances (n,) from the sensor belong to."""
+def _things(points: Floats, ranges: Floats, step: float, others: Floats, clear: float, appeared: bool) -> list[Change]:
+    """Return the things that points (n, 3) of the world at distances (n,) from the sensor belong to.
+
+    They stand on what the other scan has seen there (m, 3), of which echoes up to `clear` (m) don't tell a thing.
+    """
     if not len(points):
         return []
     joined = max(JOINED, 2.5 * step * float(np.median(ranges)))
@@ -150,5 +157,9 @@ def _things(points: Floats, ranges: Floats, step: float, appeared: bool) -> list
         mine = points[labels == number]
         if len(mine) >= LEAST_POINTS:
             low, high = mine.min(axis=0), mine.max(axis=0)
+            beside = step * float(np.median(ranges))
+            under = others[((others > low - beside) & (others < high + beside))[:, :2].all(axis=1), 2]
+            if (below := under[(under < low[2]) & (under > low[2] - clear - beside)]).size:
+                low[2] = np.median(below)
             found.append(Change(appeared, 0.5 * (low + high), high - low, len(mine)))
     return found

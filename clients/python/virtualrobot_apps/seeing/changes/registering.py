@@ -13,12 +13,15 @@ import numpy as np
 import small_gicp
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
+from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.seeing.changes.scan import Floats
 from virtualrobot_apps.seeing.spreads import spreads
 
 SPACING = 0.06
 """Distance (m) between points that are registered."""
+FEWEST = 20
+"""Fewest points, so far from each other, that are registered."""
 NEIGHBOURS = 30
 """Number of points that a plane goes through."""
 REACH, CLOSE = 0.4, 0.06
@@ -43,7 +46,16 @@ class Registration:
 
 
 def registered(first: Floats, second: Floats, guess: Floats) -> Registration:
-    """Return the pose of points (m, 3) in the frame of others (n, 3), from the robot's guess (4, 4) on."""
+    """Return the pose of points (m, 3) in the frame of others (n, 3), from the robot's guess (4, 4) on.
+
+    Raises:
+        InvalidArgumentError: where points lie too close together for surfaces.
+    """
+    for called, cloud in (("first", first), ("second", second)):
+        if (count := len(thinned(cloud))) < FEWEST:
+            raise InvalidArgumentError(
+                f"the {called} cloud fills {count} cubes of {SPACING} m, and {FEWEST} at least are needed"
+            )
     target, tree = small_gicp.preprocess_points(first, SPACING)
     source, _ = small_gicp.preprocess_points(second, SPACING)
     pose = np.array(guess, np.float64)

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.sensors.range_sensors import RangeReading
 
+from virtualrobot_apps.seeing.given import finite
+
 Floats = NDArray[np.float64]
 
 FEWEST = 200
@@ -23,7 +25,10 @@ class Scan:
     world_t_sensor: Floats
 
     def __post_init__(self) -> None:
-        """Raise InvalidArgumentError for too few echoes."""
+        """Raise InvalidArgumentError for too few echoes, and for numbers that are not finite."""
+        finite(self.points, 3, "points of the scan")
+        if np.shape(self.world_t_sensor) != (4, 4) or not np.isfinite(self.world_t_sensor).all():
+            raise InvalidArgumentError("world_t_sensor is a pose (4, 4) of finite numbers")
         if len(self.points) < FEWEST:
             raise InvalidArgumentError(f"the scan has {len(self.points)} echoes, and {FEWEST} at least are needed")
 

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.given import finite
 from virtualrobot_apps.seeing.grasping.jaw import Jaw
 from virtualrobot_apps.seeing.grasping.surface import Floats, Surface
 
@@ -78,7 +79,7 @@ def grasps(
         )
     middles, axes, widths, qualities = middles[fit], axes[fit], widths[fit], qualities[fit]
     poses = _approached(middles, axes, approaches)
-    around = surface.points if obstacles is None else np.vstack([surface.points, obstacles])
+    around = surface.points if obstacles is None else np.vstack([surface.points, finite(obstacles, 3, "obstacles")])
     of, number = np.nonzero(_free(poses, jaw, around))
     if not len(of):
         raise GraspError(

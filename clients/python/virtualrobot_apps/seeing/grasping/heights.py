@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.given import finite
 from virtualrobot_apps.seeing.grasping.jaw import Jaw
 
 Floats = NDArray[np.float64]
@@ -48,7 +49,7 @@ class Heights:
         Raises:
             InvalidArgumentError: where no point is between them.
         """
-        corner = np.asarray(low, np.float64)
+        points, corner = finite(points, 3, "points of a bin"), np.asarray(low, np.float64)
         columns, rows = np.ceil((np.asarray(high, np.float64) - corner) / CELL - 1e-9).astype(int)
         at = np.floor((points[:, :2] - corner) / CELL).astype(int)
         inside = ((at >= 0) & (at < (columns, rows))).all(axis=1)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.given import finite
 from virtualrobot_apps.seeing.spreads import spreads
 
 Floats = NDArray[np.float64]
@@ -25,7 +26,10 @@ class Surface:
     normals: Floats
 
     def __post_init__(self) -> None:
-        """Raise InvalidArgumentError where there are no points."""
+        """Raise InvalidArgumentError for too few points, and for numbers that are not finite."""
+        points, normals = finite(self.points, 3, "points of a surface"), finite(self.normals, 3, "normals of a surface")
+        if len(points) != len(normals):
+            raise InvalidArgumentError(f"a surface has a normal for each point, not {len(normals)} for {len(points)}")
         if len(self.points) < NEIGHBOURS:
             raise InvalidArgumentError(f"a surface has {NEIGHBOURS} points at least, not {len(self.points)}")
 
@@ -58,6 +62,12 @@ def surface_of_mesh(vertices: ArrayLike, faces: ArrayLike, count: int, rng: np.r
 
 def surface_of_cloud(points: Floats, seen_from: Floats) -> Surface:
     """Return a cloud (n, 3) with normals towards the places (3,) or (n, 3) that its points were seen from."""
+    points = finite(points, 3, "points of a cloud")
+    seen_from = finite(np.atleast_2d(seen_from), 3, "places that a cloud was seen from")
+    if len(seen_from) not in (1, len(points)):
+        raise InvalidArgumentError(
+            f"a cloud of {len(points)} points was seen from 1 place or as many, not {len(seen_from)}"
+        )
     if len(points) < NEIGHBOURS:
         raise InvalidArgumentError(f"a cloud has {NEIGHBOURS} points at least, not {len(points)}")
     normals = spreads(KDTree(points), points, points, NEIGHBOURS).axes[:, :, 0]

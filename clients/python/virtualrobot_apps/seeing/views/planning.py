@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.given import finite, mask
 from virtualrobot_apps.seeing.views.voxels import OCCUPIED, UNKNOWN, Floats, Voxels, _ndimage
 
 OTHER_UNKNOWN = 0.1
@@ -56,10 +57,21 @@ class ViewPlanner:
         reach: float,
         possible: Callable[[Floats], NDArray[np.bool_]] | None = None,
     ) -> None:
-        """Plan views for voxels of a box; raise NoViewError where none can be had."""
-        self.voxels, self._rays, self._reach = voxels, np.asarray(rays, np.float64), reach
+        """Plan views for voxels of a box.
+
+        Raises:
+            NoViewError: where none can be had.
+            InvalidArgumentError: for rays, a range or views that no sensor has.
+        """
+        self.voxels, self._rays, self._reach = voxels, finite(rays, 3, "rays"), reach
+        if not len(self._rays) or (np.abs(np.linalg.norm(self._rays, axis=1) - 1.0) > 1e-3).any():
+            raise InvalidArgumentError(f"rays are one or more directions of length 1, not {len(self._rays)} others")
+        if not (np.isfinite(reach) and reach > 0.0):
+            raise InvalidArgumentError(f"a sensor sees farther than 0 m, not {reach} m")
         views = np.asarray(world_t_views, np.float64)
-        kept = np.ones(len(views), bool) if possible is None else np.asarray(possible(views), bool)
+        if views.ndim != 3 or views.shape[1:] != (4, 4) or not np.isfinite(views).all():
+            raise InvalidArgumentError(f"views are finite poses (n, 4, 4), not {views.shape}")
+        kept = np.ones(len(views), bool) if possible is None else mask(possible(views), len(views), "possible(views)")
         if not kept.any():
             raise NoViewError(f"none of {len(views)} views is in reach: bring the body nearer, or add views")
         self.views = views[kept]

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.given import finite, mask
+
 Floats = NDArray[np.float64]
 _ndimage: Any = ndimage
 
@@ -39,7 +41,13 @@ class Voxels:
         self.counts, self._sums = np.zeros(shape, np.int32), np.zeros((*shape, 3))
 
     def take(self, origin: Floats, ends: Floats, met: NDArray[np.bool_]) -> int:
-        """Take in rays from a place (3,) to their ends (n, 3), where an echo is or not; return those in the box."""
+        """Take in rays from a place (3,) to their ends (n, 3), where an echo is or not; return those in the box.
+
+        Raises:
+            InvalidArgumentError: for numbers that are not finite, and for a mask of another length.
+        """
+        (origin,), ends = finite([origin], 3, "origins"), finite(ends, 3, "ends of rays")
+        met = mask(met, len(ends), "met")
         for places in self._along(origin, ends, np.where(met, -0.5, 0.0) * self.edge):
             self.states[tuple(places.T)] = np.maximum(self.states[tuple(places.T)], FREE)
         echoes = ends[met]
