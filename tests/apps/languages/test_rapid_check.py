@@ -58,7 +58,7 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
         ("VAR num reg{0};", "an array has 1 to 1,000,000 elements, not 0"),
         ("VAR num reg{1,2,3,4};", "an array has at most 3 dimensions, and 'reg' has 4"),
         ("main := 3;", "'main' is a routine; a function is called with parentheses"),
-        ("reg1 := ClkRead(clock1 \\HighRes);", "\\HighRes of ClkRead can't be used here yet"),
+        ("TPWrite GetTaskName(\\TaskNo:=reg1);", "\\TaskNo of GetTaskName can't be used here yet"),
     ],
 )
 def test_one_fault_is_one_message_that_names_what_is_wrong(statements: str, expected: str) -> None:

@@ -344,6 +344,8 @@ def test_times_names_and_texts() -> None:
         TPWrite DnumToStr(NumToDnum(1.5), 1) \Num:=DnumToNum(4 \Integer);
         TPWrite "" \Bool:=StrDigCmp("12", LT, "112") AND NOT StrDigCmp("12", GT, "12");
         TPWrite "" \Bool:=OpMode() = OP_AUTO AND NOT RobOS() AND UIClientExist();
+        reg1 := ClkRead(clock1 \HighRes);
+        TPWrite "" \Bool:=RunMode(\Main) = RUN_CONT_CYCLE AND MaxRobSpeed() = vmax.v_tcp AND reg1 = 0;
         ErrLog 5001 \W, "one", stEmpty, "three", "", "";
         CallByVar "show", 2;
         TPShow 1;
@@ -361,6 +363,6 @@ def test_times_names_and_texts() -> None:
         'VAR bool flag := FALSE; PROC show2() TPWrite "two"; ENDPROC',
     )
     assert lines == [
-        *("TRUE", "FF255TRUE", "b of aAÄZ", "1.54", "TRUE", "TRUE", "warning 5001: one; three", "two", "TRUE"),
+        *("TRUE", "FF255TRUE", "b of aAÄZ", "1.54", "TRUE", "TRUE", "TRUE", "warning 5001: one; three", "two", "TRUE"),
         "own",
     ]

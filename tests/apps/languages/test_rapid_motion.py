@@ -495,6 +495,40 @@ def test_traps_run_between_statements_and_while_the_robot_moves(
     assert run.printed == ["kept back 2", "presses 3", "ticks TRUE", "asleep 3"]
 
 
+def test_changes_of_groups_of_signals_call_traps_and_a_group_is_set_later(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    client.signals.create("code", 0)
+    client.signals.create("all_set")
+    run = Run(
+        client,
+        r"""
+        CONNECT changed WITH on_code;
+        ISignalGI code, changed;
+        SetGO code, 5;
+        SetGO \SDelay:=0.2, code, 7;
+        SetDO \Sync, all_set, 1;
+        WaitUntil count = 2;
+        IDelete changed;
+        CONNECT changed WITH on_code;
+        ISignalGO \Single, code, changed;
+        SetGO code, 8;
+        SetGO code, 9;
+        WaitTime 0.2;
+        """,
+        r"""
+        VAR intnum changed;
+        VAR num count := 0;
+        TRAP on_code
+          Incr count;
+          TPWrite "code " \Num:=count;
+        ENDTRAP
+        """,
+    )
+    assert run() == ["code 1", "code 2", "code 3"]
+    assert client.signals["code"] == 9
+
+
 def test_an_error_in_a_trap_ends_the_program_at_its_line(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
     """ABB, RAPID Reference Manual 5-34: an error that leaves a trap is dealt with by the system's error handler."""
     run = Run(

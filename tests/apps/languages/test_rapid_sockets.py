@@ -182,7 +182,10 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
             VAR rawbytes raw;
             SocketCreate s;
             SocketConnect s, "127.0.0.1", {port} \Time:=10;
+            TPWrite "" \Num:=SocketPeek(s);
             SocketSend s \Data:=data \NoOfBytes:=3;
+            WHILE SocketPeek(s) < 3 DO
+            ENDWHILE
             SocketReceive s \Data:=data \ReadNoOfBytes:=3 \NoRecBytes:=count;
             TPWrite ValToStr(data) \Num:=count;
             PackRawBytes 258, raw \Network, 1 \IntX:=UINT;
@@ -198,7 +201,7 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
               RETURN;
             """,
             once=True,
-        ) == ["[255,2,1,0,0]3", "260", "closed TRUE", "closed TRUE"]
+        ) == ["0", "[255,2,1,0,0]3", "260", "closed TRUE", "closed TRUE"]
         thread.join(60)
 
 
@@ -207,6 +210,7 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
     [
         ('SocketSend s \\Str:="x";', "ERR_SOCK_CLOSED: the socket is closed; SocketCreate it first"),
         ("SocketCreate s; SocketReceive s \\Str:=t;", "ERR_SOCK_NOTCON: the socket is not connected"),
+        ("SocketCreate s; reg1 := SocketPeek(s);", "ERR_SOCK_NOTCON: the socket is connected with nobody"),
         ("SocketCreate s; SocketCreate s;", "ERR_SOCK_ISCON: the socket is there already; SocketClose it first"),
         ("SocketCreate s; SocketListen s;", "ERR_SOCK_NOTCON: the socket has no port; SocketBind it first"),
         ('SocketCreate s; SocketConnect s, "127.0.0.1", @PORT@;', "ERR_SOCK_CONNREF: 127.0.0.1:"),

@@ -40,6 +40,19 @@ def receive(task: Task, connected: socket.socket, most: int, seconds: float | No
     return data
 
 
+def waiting(connected: socket.socket, most: int) -> int:
+    """Return how many bytes have come, `most` at most; raises SocketClosed."""
+    if not select.select([connected], [], [], 0.0)[0]:
+        return 0
+    try:
+        found = len(connected.recv(most, socket.MSG_PEEK))
+    except OSError as error:
+        raise SocketClosed(str(error)) from error
+    if not found:
+        raise SocketClosed("the other side has closed the connection")
+    return found
+
+
 def receive_from(task: Task, waited: socket.socket, most: int, seconds: float | None) -> tuple[bytes, tuple[str, int]]:
     """Return the next datagram, `most` bytes of it, with host and port of who sent it; raises SocketTimeout."""
     _ready(task, waited, seconds)

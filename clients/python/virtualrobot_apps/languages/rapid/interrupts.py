@@ -58,7 +58,7 @@ class Interrupts:
         self._pending: deque[Interrupt] = deque()
         self._enabled, self._serving, self._closed = True, False, threading.Event()
         self._watches = watches
-        self._values: dict[str, bool] = {}
+        self._values: dict[str, int] = {}
         self._watch: SignalWatch | None = None
         self._clock: threading.Thread | None = None
         self._count = 0
@@ -179,7 +179,7 @@ class Interrupts:
     def _change(self, values: Mapping[str, SignalValue]) -> None:
         """Do what values of signals order that were others before; a signal's first value orders nothing."""
         for name, value in values.items():
-            if not isinstance(value, bool):
+            if not isinstance(value, int):  # which bools are
                 continue
             before, self._values[name] = self._values.get(name, value), value
             for one in list(self._all.values()) if before != value else ():

@@ -79,13 +79,14 @@ NUMBERS = {
     **{"USINT": 1, "UINT": 2, "UDINT": 4, "ULINT": 8, "SINT": -1, "INT": -2, "DINT": -4, "LINT": -8},
     **{"LT": 1, "LTEQ": 2, "EQ": 3, "NOTEQ": 4, "GTEQ": 5, "GT": 6},
     **{"OP_UNDEF": 0, "OP_AUTO": 1, "OP_MAN_PROG": 2, "OP_MAN_TEST": 3},
+    **{"RUN_UNDEF": 0, "RUN_CONT_CYCLE": 1, "RUN_INSTR_FWD": 2, "RUN_INSTR_BWD": 3, "RUN_SIM": 4, "RUN_STEP_MOVE": 5},
     **{"EGM_FRAME_BASE": 0, "EGM_FRAME_TOOL": 1, "EGM_FRAME_WOBJ": 2, "EGM_FRAME_WORLD": 3, "EGM_FRAME_JOINT": 4},
     **{"EGM_STOP_HOLD": 0, "EGM_STOP_RAMP_DOWN": 1},
     **{"EGM_STATE_DISCONNECTED": 0, "EGM_STATE_CONNECTED": 1, "EGM_STATE_RUNNING": 2},
 }
 """Predefined numbers: buttons, their results, icons, types of integers, comparisons, operating modes (3HAC050917).
 
-Those of EGM's stop modes and states are assumed; public programs compare states by their order.
+Those of running modes, and of EGM's stop modes and states are assumed; public programs compare states by their order.
 """
 
 UNITS = ("ROB_1", "ROB_2", "ROB_3", "ROB_4", "ROB_L", "ROB_R")

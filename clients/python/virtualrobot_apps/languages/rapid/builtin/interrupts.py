@@ -39,6 +39,18 @@ def _i_signal_do(
     _on_signal(task, single, signal, value, holder[index])
 
 
+@instruction("ISignalGI", r"\switch Single, signalgi Signal, var intnum Interrupt", lacking="SingleSafe")
+def _i_signal_gi(task: RapidTask, single: bool | None, signal: str, holder: list[float], index: int) -> None:
+    """Orders an interrupt at each change of a group of inputs."""
+    _on_signal(task, single, signal, EDGE, holder[index])
+
+
+@instruction("ISignalGO", r"\switch Single, signalgo Signal, var intnum Interrupt", lacking="SingleSafe")
+def _i_signal_go(task: RapidTask, single: bool | None, signal: str, holder: list[float], index: int) -> None:
+    """Orders an interrupt at each change of a group of outputs."""
+    _on_signal(task, single, signal, EDGE, holder[index])
+
+
 @instruction("ITimer", r"\switch Single, num Time, var intnum Interrupt", lacking="SingleSafe")
 def _i_timer(task: RapidTask, single: bool | None, seconds: float, holder: list[float], index: int) -> None:
     """Orders an interrupt each so many seconds of the simulation, or once."""

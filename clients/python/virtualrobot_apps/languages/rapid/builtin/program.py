@@ -110,8 +110,8 @@ def _clk_stop(task: RapidTask, holder: list[Clock], index: int) -> None:
     holder[index].stop()
 
 
-@function("ClkRead", r"var clock Clock", "num", lacking="HighRes")
-def _clk_read(task: RapidTask, holder: list[Clock], index: int) -> float:
+@function("ClkRead", r"var clock Clock \switch HighRes", "num")
+def _clk_read(task: RapidTask, holder: list[Clock], index: int, fine: bool | None) -> float:
     """Time of a clock in seconds of the simulation."""
     task.settle()
     return holder[index].read()

@@ -15,13 +15,15 @@ POLL_SECONDS = 0.02
 """Time (s of the wall clock) from one look at a condition to the next."""
 
 
-@instruction("SetDO", r"\num SDelay, signaldo Signal, num Value", lacking="Sync")
-def _set_do(task: RapidTask, delay: float | None, signal: str, value: float) -> None:
-    """Sets a digital output to 0 or 1, SDelay seconds later while the program goes on."""
+@instruction("SetDO", r"\num SDelay | switch Sync, signaldo Signal, num Value")
+def _set_do(task: RapidTask, delay: float | None, waits: bool | None, signal: str, value: float) -> None:
+    """Sets a digital output to 0 or 1, SDelay seconds later while the program goes on; Sync: waits for it."""
     if delay:
         task.signals.signal_later([(delay, signal, value)])
     else:
         task.signals.set_signal(signal, value)
+    if waits:
+        task.settle()
 
 
 @instruction("PulseDO", r"\switch High \num PLength, signaldo Signal")
@@ -52,10 +54,13 @@ def _invert_do(task: RapidTask, signal: str) -> None:
     task.signals.set_signal(signal, 1.0 - task.signal_value(signal))
 
 
-@instruction("SetGO", "signalgo Signal, num Value", lacking="SDelay Dvalue")
-def _set_go(task: RapidTask, signal: str, value: float) -> None:
-    """Sets a group of outputs, a signal of whole numbers."""
-    task.signals.set_signal(signal, value)
+@instruction("SetGO", r"\num SDelay, signalgo Signal, num Value", lacking="Dvalue")
+def _set_go(task: RapidTask, delay: float | None, signal: str, value: float) -> None:
+    """Sets a group of outputs, a signal of whole numbers, SDelay seconds later while the program goes on."""
+    if delay:
+        task.signals.signal_later([(delay, signal, value)])
+    else:
+        task.signals.set_signal(signal, value)
 
 
 @instruction("SetAO", "signalao Signal, num Value")

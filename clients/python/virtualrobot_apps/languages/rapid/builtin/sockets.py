@@ -304,6 +304,16 @@ def _socket_close(task: RapidTask, holder: list[SocketDevice], index: int) -> No
     task.sockets.discard(holder[index])
 
 
+@function("SocketPeek", "var socketdev Socket", "num")
+def _socket_peek(task: RapidTask, holder: list[SocketDevice], index: int) -> float:
+    """Number of bytes that have come, and that a receive would give at once."""
+    task.settle()
+    if holder[index].state != "SOCKET_CONNECTED":
+        raise RapidFault("ERR_SOCK_NOTCON", "the socket is connected with nobody")
+    with _socket_faults():
+        return float(sockets.waiting(_open(holder[index]), MOST))
+
+
 @function("SocketGetStatus", "var socketdev Socket", "socketstatus")
 def _socket_get_status(task: RapidTask, holder: list[SocketDevice], index: int) -> float:
     """State of a socket, one of SOCKET_CREATED, SOCKET_CONNECTED, SOCKET_BOUND, SOCKET_LISTENING, SOCKET_CLOSED."""

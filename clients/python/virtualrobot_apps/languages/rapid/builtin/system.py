@@ -48,6 +48,18 @@ def _op_mode(task: RapidTask) -> float:
     return CONSTANTS["OP_AUTO"][1]
 
 
+@function("RunMode", r"\switch Main", "symnum")
+def _run_mode(task: RapidTask, main: bool | None) -> float:
+    """Running mode: RUN_CONT_CYCLE."""
+    return CONSTANTS["RUN_CONT_CYCLE"][1]
+
+
+@function("MaxRobSpeed", "", "num")
+def _max_rob_speed(task: RapidTask) -> float:
+    """Speed of vmax, in mm/s."""
+    return CONSTANTS["vmax"][1][0]
+
+
 @function("RobOS", "", "bool")
 def _rob_os(task: RapidTask) -> bool:
     """FALSE: this is no controller of a real robot."""
