@@ -55,6 +55,21 @@ def test_a_program_grinds_the_edges_of_a_workpiece(client: virtualrobot.Client, 
     assert np.linalg.norm(arm.tcp[:3, 3] - client.scene.pose("spindle")[:3, 3]) > 0.1, "the flange is elsewhere"
 
 
+def test_what_was_shown_is_started_as_it_is_and_not_when_the_tool_stands_elsewhere(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    goal = on_work(client)
+    goal[:3, 3] += [0.03, 0.0, 0.0]
+    line = arm.linear(goal, reference="work", fixed_tool="spindle")
+    shown = [arm.plan(line) for _ in range(2)]
+    client.clock.run(client.start_plan(shown[0], wait=False))
+    np.testing.assert_allclose(on_work(client), goal, atol=1e-6)
+    arm.set_positions(dict(zip(arm.joint_names, READY, strict=True)))
+    client.scene.set_pose("spindle", client.scene.pose("spindle") @ virtualrobot.pose(z=0.01))
+    with pytest.raises(VirtualRobotError, match="spindle"):
+        client.start_plan(shown[1], wait=False)
+
+
 def test_what_leads_no_tool_takes_none_that_stands_apart(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
     with pytest.raises(VirtualRobotError, match=r"fixed_tool is for moves to poses, lines, arcs and splines"):
         arm.start(arm.ptp(dict.fromkeys(arm.joint_names, 0.1), fixed_tool="spindle"), wait=False)

@@ -181,3 +181,11 @@ def test_a_loop_without_an_end_has_nothing_after_it(arm: Robot, steps: Client) -
     assert "IF AI[1]<0.7,JMP LBL[1]" in text and "JMP LBL[2]" in text
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"step 0\[0\].2: a digital signal that is > a number"):
         urscript.write(found, Language({"level": "standard_in[1]", "big": "standard_out[1]"}))
+
+
+def test_a_tool_that_stands_apart_is_not_left_out(arm: Robot, steps: Client) -> None:
+    steps.scene.add_frame("workpiece", parent=arm.flange)
+    steps.scene.add_frame("spindle", pose=arm.tcp)
+    line = arm.linear(pose(z=0.01), reference="workpiece", fixed_tool="spindle")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="the tool 'spindle' stands apart from the robot"):
+        robot_program(steps, steps.program().move(line), arm, "apart")

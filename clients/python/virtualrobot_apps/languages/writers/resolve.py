@@ -363,6 +363,8 @@ class _Resolver:
     def _move(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix) -> Move:
         """Return a move that passes joints (k, n), and the tool centre point poses (k, 4, 4) in the base's frame."""
         (move,) = step.moves
+        if move.fixed_tool:
+            raise _refused(at, f"the tool {move.fixed_tool!r} stands apart from the robot, which can't be written yet")
         if move.time_law == motion_pb2.TIME_LAW_TIME_OPTIMAL:
             self._note(f"step {at}: a controller has a time law of its own, and not one without a jerk limit")
         if step.min_duration_seconds:
