@@ -431,6 +431,32 @@ def test_a_move_out_of_reach_is_an_error_of_all_that_go_together(
         np.testing.assert_allclose(np.degrees(arm.state.positions[0]), 5, atol=1e-6)
 
 
+def test_a_robot_moves_alone_again_in_an_undo_part(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """The left one fails on its way; both undo what was together, and go home by themselves."""
+    statements = [
+        rf"""
+        SyncMoveOn on, both;
+        MoveAbsJ [[10, 0, 0, 0, 30, 0], {AXES}] \ID:=1, v500, fine, tool0;
+        {fails}
+        MoveAbsJ [[20, 0, 0, 0, 30, 0], {AXES}] \ID:=2, v500, fine, tool0;
+        SyncMoveOff off;
+        UNDO
+          SyncMoveUndo;
+          SyncMoveUndo;
+          MoveAbsJ [[{home}, 0, 0, 0, 30, 0], {AXES}], v500, fine, tool0;
+          TPWrite "alone " \Bool:=NOT IsSyncMoveOn();
+        """
+        for fails, home in (("WaitRob \\InPos;\nreg1 := 1 / 0;", 3), ("", 4))
+    ]
+    run = together(tmp_path, client, *statements)
+    assert isinstance(run.exception, RapidStopped) and "ERR_DIVZERO" in str(run.exception)
+    assert {"L: alone TRUE", "R: alone TRUE"} <= set(run.output.splitlines())
+    for arm, home in zip(arms, (3, 4), strict=True):
+        np.testing.assert_allclose(np.degrees(arm.state.positions[0]), home, atol=1e-6)
+
+
 def test_a_task_sees_where_the_robot_of_another_one_is(
     arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
 ) -> None:

@@ -176,7 +176,8 @@ class Cell:
             raise
         finally:
             for task in self.tasks.values():
-                if task.name in threads and threads[task.name].is_alive():
+                undoes = task.undoing and why != "stopped"  # it has ended by itself, and makes its last moves
+                if task.name in threads and threads[task.name].is_alive() and not undoes:
                     task.stop(why)
             for thread in threads.values():
                 thread.join()

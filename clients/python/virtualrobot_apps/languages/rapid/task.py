@@ -133,6 +133,7 @@ class RapidTask(Task):
         handled: give the numbers of the handlers that have some, of the routines at work, the outermost first.
         name: the task's, and `cell` the tasks that it runs beside.
         prepared: whether all data have their first values, and no run has changed them.
+        undoing: whether it has ended and does its UNDO parts.
     """
 
     def __init__(
@@ -173,7 +174,7 @@ class RapidTask(Task):
         self._world = world
         self._interrupts: Interrupts | None = None
         self._zones: Zones | None = None
-        self._thread = 0
+        self._thread, self.undoing = 0, False
         if world is not None:
             world.find_signals(program.signals.values())
             if isinstance(world, World):
@@ -377,6 +378,7 @@ class RapidTask(Task):
 
     def _undo(self) -> None:
         """Do the UNDO parts of the routines that the program was in; a stop is over then."""
+        self.undoing = True
         self.flags.clear()
         self._why = ""
         self._undo_left()

@@ -59,6 +59,13 @@ def _sync_move_off(task: RapidTask, point: list[str], index: int, longest: float
     task.world.leave(task)
 
 
+@instruction("SyncMoveUndo")
+def _sync_move_undo(task: RapidTask) -> None:
+    """Lets the robot move alone again, whatever the others do, as in an UNDO part; harmless where it does so."""
+    if task.has_robot and task.world.group is not None:
+        task.world.leave(task)
+
+
 @function("IsSyncMoveOn", "", "bool")
 def _is_sync_move_on(task: RapidTask) -> bool:
     """TRUE where the task's robot moves together with others."""
