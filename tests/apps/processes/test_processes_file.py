@@ -257,6 +257,11 @@ def test_spots_without_sense_are_refused(options: dict[str, Any], words: str) ->
         (read_spot_weld, f"spots: [{SPOTS}]\ntongs: {{}}\nweld: {{seconds: 1}}", "tongs go along themselves"),
         (read_spot_weld, f"spots: [{LINE}]\ntongs: {{heading: [1, 0, 0]}}\nweld: {{seconds: 1}}", "give `spots` with"),
         (read_paint, f"ways: [{LINE}]\ngun: {{}}\njet: {{width: 0.1, flow_millilitres: 1}}", "sprays from a distance"),
+        (
+            read_paint,
+            f"ways: [{LINE}]\ngun: {{standoff: 0.0005}}\njet: {{width: 0.1, flow_millilitres: 1}}",
+            "opens by 179 degrees, and nozzles do so by 120 at the most: give a greater `standoff`",
+        ),
         (read_drill, "holes: [{part: p, spots: {depth: 1}}]\ndrill: {heading: [1, 0, 0]}", "or at `targets`"),
         (
             read_drill,

@@ -20,6 +20,8 @@ from virtualrobot_apps.processes.switching import Switch, read_switch
 FINE = 0.06
 """Longest edge of a triangle whose film is told, in parts of the jet's width."""
 MOST_FACES = 500_000
+WIDEST = np.radians(120.0)
+"""Angle by which the widest jets of nozzles open, as their makers' lists have them."""
 THIN = 0.5
 """Part of the mean thickness below which a film is thin."""
 
@@ -55,9 +57,17 @@ def read_paint(item: Item) -> Paint:
     if gun.standoff <= 0.0:
         raise fields["gun"].error("a gun sprays from a distance: give its `standoff` in m")
     jet = fields["jet"].fields(("width", "flow_millilitres", "solids"), ("width", "flow_millilitres"))
+    width = jet["width"].number(1e-3, 2.0)
+    opening = 2.0 * np.arctan2(0.5 * width, gun.standoff)
+    if opening > WIDEST:
+        raise fields["jet"].error(
+            f"a disc of {1e3 * width:g} mm at a standoff of {1e3 * gun.standoff:g} mm would be a jet that opens by "
+            f"{np.degrees(opening):.0f} degrees, and nozzles do so by {np.degrees(WIDEST):.0f} at the most: give a "
+            "greater `standoff`, or a smaller `width`"
+        )
     solids = jet["solids"].number(0.01, 1.0) if "solids" in jet else 1.0
     flow = 1e-6 * solids * jet["flow_millilitres"].number(1e-3, 1e3)
-    return Paint(gun, Jet(jet["width"].number(1e-3, 2.0), gun.standoff, flow), read_switch(fields.get("trigger")))
+    return Paint(gun, Jet(width, gun.standoff, flow), read_switch(fields.get("trigger")))
 
 
 def _told(client: Client, work: Paint, led: Led) -> tuple[str, ...]:
