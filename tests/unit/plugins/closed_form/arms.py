@@ -18,8 +18,11 @@ from virtualrobot_sdk.testing.chains import ur5
 from tests.unit.formats.models import XacroOnly, disk, imported
 from tests.unit.world.builders import after, empty
 
-NAMED = ("puma560", "ur5", "irb140", "kr16")
+NAMED = ("puma560", "ur5", "irb2400", "kr16")
 """An arm with a lateral shoulder, one with three parallel axes, and two with a shoulder before axis 1."""
+
+FILES = {"irb2400": "package://rtbdata/xacro/abb_irb140_description/urdf/irb140.xacro"}
+"""Arms that no model is: the lengths in this file are those of an IRB 2400."""
 
 
 @cache
@@ -28,7 +31,7 @@ def arm_chain(name: str) -> SerialChain:
     if name == "ur5":
         return ur5()
     files = disk()
-    model = imported(f"model://{name}", files, MeshLibrary(files.store, XacroOnly()))
+    model = imported(FILES.get(name, f"model://{name}"), files, MeshLibrary(files.store, XacroOnly()))
     world = after(empty(), CreateNodes(model.nodes))
     robot = next(node for node in world.structure.nodes.values() if node.kind is Kind.ROBOT)
     poses = world_poses(world.structure, world.state)

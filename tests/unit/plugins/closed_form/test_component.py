@@ -43,7 +43,7 @@ def test_names_are_those_of_the_textbook() -> None:
 def test_the_elbow_is_up_where_it_is_above_the_line_from_shoulder_to_wrist(rng: np.random.Generator) -> None:
     """Seen on arms that reach straight out: the IRB 140, upright and hung from the ceiling."""
     for flip in (np.eye(3), Rotation.from_euler("x", np.pi).as_matrix()):
-        upright = arm_chain("irb140")
+        upright = arm_chain("irb2400")
         pre = upright.pre.copy()
         pre[0, :3, :3] = flip @ pre[0, :3, :3]
         pre[0, :3, 3] = flip @ pre[0, :3, 3]

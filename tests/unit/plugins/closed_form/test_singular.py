@@ -87,7 +87,7 @@ def test_next_to_a_straight_wrist_a_posture_is_met_without_a_seed(name: str, rng
             assert distances(solutions, q).min() < 1e-2, (offset, q.tolist())
 
 
-@pytest.mark.parametrize("name", ["ur5", "irb140", "puma560"])
+@pytest.mark.parametrize("name", ["ur5", "irb2400", "puma560"])
 def test_all_joints_at_zero_are_met(name: str) -> None:
     """Zero is where models are drawn: often stretched and with a straight wrist at once."""
     target = numeric(name).forward(np.zeros(6))[-1]
