@@ -15,7 +15,7 @@ from virtualrobot_apps.seeing.navigation.poses import Floats, arc, compose, move
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 from virtualrobot_apps.seeing.navigation.vehicle import PERIOD
 
-from tests.apps.seeing.flat_lidar import COUNT, distances, scan_at
+from tests.apps.seeing.flat_lidar import COUNT, REACH, distances, scan_at
 
 LONGEST = 120.0
 """Time (s) after which nobody is on the way any more."""
@@ -78,7 +78,7 @@ def vehicle(grid: Grid, start: Sequence[float] | Floats, goal: Goal, footprint: 
     """Return a vehicle on its way to a goal."""
     told: list[str] = []
     pose = np.array(start, np.float64)
-    navigator = Navigator(Localiser(grid, pose), footprint, say=told.append)
+    navigator = Navigator(Localiser(grid, pose), footprint, say=told.append, reach=REACH)
     navigator.go(goal)
     return Driven(navigator, pose, pose.copy(), told=told)
 

@@ -313,7 +313,7 @@ def test_each_end_is_told_in_words(seed: int) -> None:
     told, pose = led(boxes, grid, start, Goal(6.0, -0.05))
     assert told[-1].startswith("gives up: the goal (6.00, -0.05) is") and distance(pose, start) < 0.01
     told, pose = led(boxes, grid, start, Goal(2.5, 4.5), silent=True)
-    assert told[-1] == "gives up: the lidar has told nothing for 10 s" and distance(pose, start) == 0.0
+    assert told[-1] == "gives up: no scan of 'lidar' comes, for 10 s" and distance(pose, start) == 0.0
     # The corridor is shut where the map has nothing: it waits, and then says how wide the passage is.
     shut = [*boxes, floors.Box(2.0, 4.5, 0.2, 1.6, 1.0, "#fff")]
     told, pose = led(shut, grid, start, Goal(2.5, 4.5))

@@ -10,13 +10,14 @@ from virtualrobot_apps.seeing.navigation.floors import Box
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.localising import Localiser
+from virtualrobot_apps.seeing.navigation.mapping import Mapper
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
 from virtualrobot_apps.seeing.navigation.poses import Floats, distance
 from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
 from tests.apps.seeing.flat_lidar import REACH
-from tests.apps.seeing.flat_vehicles import BEHIND, UGV, Driven, drive, known, room, vehicle
+from tests.apps.seeing.flat_vehicles import BEHIND, PERIOD, UGV, Driven, drive, known, room, vehicle
 
 pytestmark = pytest.mark.long
 HUSKY = Footprint(-0.495, 0.495, -0.335, 0.335)
@@ -215,16 +216,72 @@ def test_where_the_lidar_sees_nothing_it_says_so(rng: np.random.Generator) -> No
     assert ugv.told[0] == "sees nothing in the lidar's reach: goes on by odometry alone"
 
 
-def test_a_map_whose_walls_are_gone_is_told(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The lidar is silent where the map has walls on all sides: odometry alone leads nowhere."""
-    monkeypatch.setattr(navigator, "LOST_SECONDS", 3.0)
+def test_odometry_alone_leads_no_further_than_some_meters(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(navigator, "ALONE_METERS", 1.0)
+    walls = room(12.0, 12.0)
+    ugv = vehicle(known(walls, 12.0, 12.0), (5.0, 6.0, 0.0), Goal(7.5, 6.0))
+    drive([ugv], lambda time: walls, rng)
+    assert ugv.told[-1].startswith(
+        "gives up: it has gone 1.0 m by odometry alone, with nothing in the reach of 'lidar'"
+    )
+    assert ugv.pose[0] < 6.1
+
+
+BLIND = [Box(90.0, 90.0, 1.0, 1.0, 1.0, "white")]
+"""Boxes of which the lidar sees nothing."""
+HARDLY = "the scans of 'lidar' have hardly an echo"
+MAPPED = f"{HARDLY} though the map has walls in its reach"
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_blind_lidar_drives_nowhere(lost: bool, rng: np.random.Generator) -> None:
+    """No ray has an echo where the map has walls, or where it looks for its place: it waits 10 s, and gives up."""
     pose, told = np.array([0.6, 1.5, 0.0]), list[str]()
-    where = Localiser(known(FURNISHED, 4.0, 3.0), pose, REACH)
-    ugv = Driven(Navigator(where, UGV, say=told.append), pose, pose.copy(), told=told)
+    where = Localiser(known(FURNISHED, 4.0, 3.0), None if lost else pose)
+    ugv = Driven(Navigator(where, UGV, say=told.append, reach=REACH), pose, pose.copy(), told=told)
     ugv.navigator.go(Goal(3.5, 2.6))
-    drive([ugv], lambda time: [Box(90.0, 90.0, 1.0, 1.0, 1.0, "white")], rng)
-    assert not ugv.navigator.reached and "is lost: looks for its place in the map" in told, told
-    assert told[-1].startswith("gives up: no place of this map fits what the lidar sees"), told
+    drive([ugv], lambda time: BLIND, rng)
+    words = HARDLY if lost else MAPPED
+    assert told == [f"stands: {words}", f"gives up: {words}, for 10 s"] and not ugv.navigator.reached
+    np.testing.assert_array_equal(ugv.pose, pose)
+
+
+@pytest.mark.parametrize("blind", [5.0, 50.0])
+def test_a_lidar_that_is_blind_for_a_while_is_waited_for(blind: float, rng: np.random.Generator) -> None:
+    """It goes blind on the way: it stops at once, and goes on when echoes come back, if that is within 10 s."""
+    ugv = vehicle(known(FURNISHED, 4.0, 3.0), (0.6, 1.5, 0.0), Goal(3.5, 2.6))
+    drive([ugv], lambda time: BLIND if 2.0 <= time < 2.0 + blind else FURNISHED, rng)
+    stopped = [place for period, place in enumerate(ugv.way) if 2.0 <= period * PERIOD < 2.0 + min(blind, 10.0)]
+    assert distance(stopped[0], stopped[-1]) < 0.1 and f"stands: {MAPPED}" in ugv.told, ugv.told
+    if blind < 10.0:
+        assert "goes on: 'lidar' sees again" in ugv.told and ugv.navigator.reached, ugv.told
+    else:
+        assert ugv.told[-1] == f"gives up: {MAPPED}, for 10 s", ugv.told
+
+
+def test_a_lidar_that_goes_blind_draws_no_map(rng: np.random.Generator) -> None:
+    """Scans without echo don't wipe out walls that it has seen: the mapper isn't told them."""
+    pose, mapper = np.array([0.6, 1.5, 0.0]), Mapper(np.array([0.6, 1.5, 0.0]))
+    maps = Driven(Navigator(mapper, UGV, reach=REACH), pose, pose.copy())
+    maps.step(FURNISHED, rng)
+    before = mapper.grid.log_odds.copy()
+    for _ in range(20):
+        mapper.keep_next = True
+        maps.step(BLIND, rng)
+    np.testing.assert_array_equal(mapper.grid.log_odds, before)
+
+
+def test_places_that_look_alike_are_told(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A square room on its own map: four places fit, a quarter of a turn about its middle apart."""
+    monkeypatch.setattr(navigator, "LOST_SECONDS", 3.0)
+    square, pose, told = room(3.0, 3.0), np.array([0.8, 1.1, 0.3]), list[str]()
+    lost = Driven(Navigator(Localiser(known(square, 3.0, 3.0)), UGV, say=told.append), pose, pose.copy(), told=told)
+    lost.navigator.go(Goal(2.0, 2.0))
+    assert drive([lost], lambda time: square, rng) > 0.0
+    assert told[-1].startswith("gives up: several places of this map look alike to the lidar: ("), told
+    assert told[-1].endswith(": say where it starts with --from") and told[-1].count("°") == 4, told
 
 
 @pytest.mark.parametrize("sonars", [0, 3])

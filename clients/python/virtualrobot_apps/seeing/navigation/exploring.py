@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.mapping import Mapper
-from virtualrobot_apps.seeing.navigation.navigator import SILENT_SECONDS, Goal, Navigator
+from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
 from virtualrobot_apps.seeing.navigation.planning import FREELY, TURNING, Costmap, NoWayError, Planner
 from virtualrobot_apps.seeing.navigation.poses import Floats
 from virtualrobot_apps.seeing.navigation.regions import Mask, parts, ways_from, widened
+from virtualrobot_apps.seeing.navigation.sight import SILENT_SECONDS
 
 SMALLEST = 0.35
 """Length (m) from which on an edge of the known is looked at."""
@@ -132,9 +133,7 @@ class Explorer:
         """Return the place (2,) to look at an edge from, behind its cost (m), or why there is none."""
         looks = [look for look in self._looks if _same(look.edge, edge, 2.1 * grid.resolution)]
         ends = [look.end for look in looks if look.end is not None]
-        in_vain = (
-            f"on its way there it {ends[-1]}" if ends else f"looks from {len(looks)} places show nothing more of it"
-        )
+        in_vain = f"on its way there it {ends[-1]}" if ends else f"looks from {_places(len(looks))} nothing more of it"
         if len(looks) >= LOOKS:
             return in_vain
         seen = _seeing(grid, edge.beyond, self._sight)
@@ -168,6 +167,10 @@ class Explorer:
             return
         place = np.array([navigator.goal.x, navigator.goal.y])
         self._looks.append(_Look(edge, place, None if navigator.reached else navigator.end))
+
+
+def _places(count: int) -> str:
+    return "one place show" if count == 1 else f"{count} places show"
 
 
 def _frontier(grid: Grid) -> Mask:

@@ -26,6 +26,9 @@ OCCUPIED, FREE = 0.65, 0.196
 """Shades from which on, and up to which, a pixel of a file is occupied and free: those of ROS's map_server."""
 MOST_CELLS = 25_000_000
 """Most cells of a map."""
+BEHIND = 0.3
+"""Distance (m) by which a ray that has passed a wall of the map must have gone on."""
+_RAYS = 60
 
 
 class Grid:
@@ -60,6 +63,11 @@ class Grid:
         found = np.zeros(len(ends), bool)
         found[rays[inside][met]] = True
         return found
+
+    def about(self, place: Floats, reach: float) -> float:
+        """Return in which part of all directions from a place (2,) a ray so long (m) has to end at an occupied cell."""
+        turns = np.arange(_RAYS) * 2.0 * np.pi / _RAYS
+        return float(self.stops(place, place + reach * np.column_stack([np.cos(turns), np.sin(turns)]), BEHIND).mean())
 
     def cells(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (n,) of points (n, 2), which may lie outside."""

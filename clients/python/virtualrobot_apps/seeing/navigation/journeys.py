@@ -55,7 +55,7 @@ def explore(
         longest: simulation time (s).
     """
     mapper = Mapper(start, resolution)
-    navigator = Navigator(mapper, vehicle.footprint, say=say)
+    navigator = Navigator(mapper, vehicle.footprint, say=say, reach=vehicle.reach, lidar=vehicle.lidar)
     explorer = Explorer(navigator, mapper, vehicle.reach)
     with Drive(client, [vehicle]) as drive:
         loop = _Loop(drive, vehicle, navigator, watch, pace)
@@ -96,7 +96,7 @@ def go(
         watch: told the pose (3,) that the vehicle thinks it has, once a period.
         pace: simulated seconds for each second of the wall clock; 0: as fast as it can be.
     """
-    navigator = Navigator(Localiser(grid, start, vehicle.reach), vehicle.footprint, say=say)
+    navigator = Navigator(Localiser(grid, start), vehicle.footprint, say=say, reach=vehicle.reach, lidar=vehicle.lidar)
     reached = []
     with Drive(client, [vehicle]) as drive:
         loop = _Loop(drive, vehicle, navigator, watch, pace)

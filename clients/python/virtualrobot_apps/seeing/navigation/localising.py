@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.seeing.navigation.grid import Grid
+from virtualrobot_apps.seeing.navigation.grid import BEHIND, Grid
 from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud, Match
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, distance, moved
 from virtualrobot_apps.seeing.navigation.regions import apart
@@ -20,10 +20,6 @@ FOUND_SHARE = 0.75
 """Part of a scan that must fit where a lost vehicle is found."""
 CLEARER = 0.1
 """Lead of the best place over any other one, in shares, with which a lost vehicle is there."""
-BEHIND = 0.3
-"""Distance (m) by which a ray that has passed a wall of the map must have gone on."""
-WALLS_ABOUT = 0.5
-"""Part of all directions with walls of the map in the lidar's reach, from which on a scan without echoes is unfit."""
 STEP_METERS, STEP_RADIANS = 0.25, np.radians(6.0)
 """Distance and turn between the places that are looked at."""
 _RAYS = 60
@@ -35,13 +31,13 @@ _REFINED = 12
 class Localiser:
     """Tells where a vehicle is in a map, by scans and odometry."""
 
-    def __init__(self, grid: Grid, start: Floats | None = None, reach: float = 0.0) -> None:
-        """Begin at a pose (3,) in the map; None: lost. The lidar sees so far (m); 0: nobody knows.
+    def __init__(self, grid: Grid, start: Floats | None = None) -> None:
+        """Begin at a pose (3,) in the map; None: lost.
 
         Raises:
             InvalidArgumentError: where the map has too few walls to tell a place by.
         """
-        self.grid, self._reach = grid, reach
+        self.grid = grid
         walls, normals = grid.faces()
         if len(walls) < FEWEST:
             raise InvalidArgumentError(
@@ -58,11 +54,27 @@ class Localiser:
         """Part of the last scan that fits the map."""
         self.best = 0.0
         """Part of it that fits at the best place, while lost."""
+        self.alike: list[Floats] = []
+        """Poses (3,) that it fits as well, while lost."""
 
     @property
     def lost(self) -> bool:
         """Return whether it is not known where the vehicle is."""
         return self._unfit >= LOST_AFTER
+
+    @property
+    def doubt(self) -> str:
+        """Return in words why it isn't known where the vehicle is."""
+        if len(self.alike) > 1:
+            places = ", ".join(f"({x:.2f}, {y:.2f}, {np.degrees(turn):.0f}°)" for x, y, turn in self.alike[:4])
+            more = ", ..." if len(self.alike) > 4 else ""
+            return (
+                f"several places of this map look alike to the lidar: {places}{more}: say where it starts with --from"
+            )
+        return (
+            f"no place of this map fits what the lidar sees (the best one to {100.0 * self.best:.0f}%): is it the map "
+            "of this building?"
+        )
 
     def at(self, odometry: Floats) -> Floats:
         """Return the pose (3,) in the map when odometry says this (3,)."""
@@ -74,7 +86,6 @@ class Localiser:
         step = np.zeros(3) if self._odometry is None else between(self._odometry, scan.odometry)
         self._pose, self._odometry = guess, scan.odometry
         if len(scan.points) < FEWEST:
-            self._unfit += self._walls_about(moved(guess, scan.origin[None])[0]) > WALLS_ABOUT
             return guess
         if self.lost:
             self._look(scan, step)
@@ -90,12 +101,6 @@ class Localiser:
         self._pose = found.pose
         return found.pose
 
-    def _walls_about(self, place: Floats) -> float:
-        """Return in which part of all directions from a place (2,) the map has walls within the lidar's reach."""
-        turns = np.arange(_RAYS) * 2.0 * np.pi / _RAYS
-        ends = place + self._reach * np.column_stack([np.cos(turns), np.sin(turns)])
-        return float(self.grid.stops(place, ends, BEHIND).mean())
-
     def _look(self, scan: Scan, step: Floats) -> None:
         """Look for the vehicle: everywhere at first, then where it would have driven to from the best places."""
         places = self._everywhere(scan.points) if self._guesses is None else compose(self._guesses, step)
@@ -108,6 +113,9 @@ class Localiser:
                 distinct.append(pose)
                 shares.append(share)
         self.best = shares[0] if shares else 0.0
+        self.alike = [
+            one for one, share in zip(distinct, shares, strict=True) if share > max(FOUND_SHARE, self.best - CLEARER)
+        ]
         kept = [one for one, share in zip(distinct, shares, strict=True) if share > FOUND_SHARE - CLEARER]
         if kept and shares[0] > FOUND_SHARE and (len(shares) == 1 or shares[0] > shares[1] + CLEARER):
             self._pose, self._unfit, self._guesses, self.share = distinct[0], 0, None, shares[0]

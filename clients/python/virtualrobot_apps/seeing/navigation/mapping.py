@@ -49,7 +49,7 @@ class Mapper:
         self._drift: list[float] = []
         self._near: Cloud | None = None
 
-    lost = False
+    lost, doubt = False, ""
 
     def at(self, odometry: Floats) -> Floats:
         """Return the pose (3,) in the map when odometry says this (3,)."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from virtualrobot.errors import InvalidArgumentError
@@ -21,19 +20,18 @@ from virtualrobot_apps.seeing.navigation.following import (
     turning,
 )
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
-from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.matching import FEWEST
 from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner, length, spaced
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
+from virtualrobot_apps.seeing.navigation.sight import ALONE_METERS, SILENT_SECONDS, Sight, Where
 from virtualrobot_apps.seeing.navigation.sonars import Heard, Sonar
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
 REACHED_METERS, REACHED_RADIANS = 0.08, 0.06
 """Distances from its goal, and from the heading there, at which the vehicle has arrived."""
-SILENT_SECONDS, GIVE_UP_SECONDS = 0.7, 10.0
-"""Time without a scan after which it stands, and with which, or without a way, it gives up."""
+GIVE_UP_SECONDS = 10.0
+"""Time without a scan, with a blind lidar, or without a way after which it gives up."""
 PLAN_SECONDS = 1.0
 """Time from one plan to the next."""
 PATIENCE_SECONDS = 6.0
@@ -51,25 +49,6 @@ OUTS, OUT_SECONDS, OUT_SPEED = 3, 25.0, 0.2
 """Number of times that it drives out to where it can turn on the way to one goal, for how long, and how fast (m/s)."""
 SHARE_OF_ODOMETRY = 0.3
 """Part of the way by odometry that scans must confirm; with less the wheels slip."""
-
-
-class Where(Protocol):
-    """Teller of where a vehicle is: `Mapper` and `Localiser`."""
-
-    grid: Grid
-
-    @property
-    def lost(self) -> bool:
-        """Return whether that is unknown."""
-        ...
-
-    def at(self, odometry: Floats) -> Floats:
-        """Return the pose (3,) when odometry says this (3,)."""
-        ...
-
-    def update(self, scan: Scan) -> Floats:
-        """Take in a scan; return the pose (3,) when it was made."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,8 +88,10 @@ class Navigator:
         footprint: Footprint,
         limits: Limits | None = None,
         say: Callable[[str], object] = lambda _: None,
+        reach: float = 0.0,
+        lidar: str = "lidar",
     ) -> None:
-        """Lead a vehicle of a footprint; `say` is told each decision once."""
+        """Lead a vehicle of a footprint; `say` is told each decision once. Its lidar sees so far (m); 0: unknown."""
         self.where, self.footprint, self.limits = where, footprint, limits or Limits()
         self.goal: Goal | None = None
         self.end: str | None = None
@@ -122,6 +103,7 @@ class Navigator:
         """Way (n, 2) that it follows."""
         self._say = say
         self._said = ""
+        self._sight = Sight(lidar, reach)
         self._unforeseen = Unforeseen()
         self._heard = Heard()
         self._distances = Distances(~where.grid.free)
@@ -148,6 +130,7 @@ class Navigator:
         self._planned = -math.inf
         self._without_way: float | None = None
         self._best, self._best_at = math.inf, now
+        self._begun, self._stood = now, False
         self._recoveries, self._others = 0, 0
         self._manoeuvre: tuple[float, tuple[float, float]] | None = None
         self._outs = 0
@@ -172,10 +155,11 @@ class Navigator:
     def _see(self, seen: Observation) -> None:
         if self._last is not None and seen.time > self._last.time:
             step = between(self._last.odometry, seen.odometry)
+            self._sight.goes(float(np.hypot(*step[:2])))
             elapsed = seen.time - self._last.time
             self._twist = (float(step[0]) / elapsed, float(step[2]) / elapsed)
         self._last = seen
-        if seen.scan is not None:
+        if seen.scan is not None and self._sight.takes(seen.scan, self.where):
             pose = self.where.update(seen.scan)
             self._scan = seen.scan
             if not self.where.lost:
@@ -197,11 +181,16 @@ class Navigator:
         return np.vstack([self._unforeseen.points(), self._heard.points()])
 
     def _decide(self, now: float) -> tuple[float, float]:
-        silent = now - self._scan.time if self._scan is not None else now - self._best_at
-        if self._scan is None or silent > SILENT_SECONDS:
-            if silent > GIVE_UP_SECONDS:
-                return self._ends(f"gives up: the lidar has told nothing for {silent:.0f} s")
-            return self._stands("stands: no scan of the lidar comes") if silent > SILENT_SECONDS else (0.0, 0.0)
+        if (fault := self._sight.fault(now)) is not None:
+            return self._waits_for_sight(now, fault)
+        if self._stood:
+            self._stood = False
+            self._tell(f"goes on: {self._sight.lidar!r} sees again")
+        if self._sight.alone > ALONE_METERS:
+            return self._ends(
+                f"gives up: it has gone {self._sight.alone:.1f} m by odometry alone, with nothing in the reach of "
+                f"{self._sight.lidar!r}"
+            )
         if self.where.lost:
             return self._search(now)
         if self._lost_since is not None:
@@ -210,7 +199,7 @@ class Navigator:
             self._begin(now)
         if (words := self._doubts(now)) is not None:
             self._tell(words)
-        blind, self._blind = self._blind, len(self._scan.points) < FEWEST
+        blind, self._blind = self._blind, self._sight.nothing
         if self._blind and not blind:
             self._tell("sees nothing in the lidar's reach: goes on by odometry alone")
         assert self.goal is not None
@@ -240,6 +229,17 @@ class Navigator:
         if choice is None:
             return self._recover(now, "is blocked")
         return self._slowed(choice, left)
+
+    def _waits_for_sight(self, now: float, fault: str) -> tuple[float, float]:
+        """Stand while the lidar tells nothing, and give up when that goes on."""
+        silent = now - (self._begun if self._sight.since is None else self._sight.since)
+        self._best_at = now
+        if silent > GIVE_UP_SECONDS:
+            return self._ends(f"gives up: {fault}, for {silent:.0f} s")
+        if silent > SILENT_SECONDS:
+            self._stood = True
+            self._tell(f"stands: {fault}")
+        return 0.0, 0.0
 
     def _slowed(self, choice: Choice, left: float) -> tuple[float, float]:
         """Return a choice, slow enough to stop at the goal."""
@@ -430,11 +430,7 @@ class Navigator:
             self._heard.clear()
             self._tell("is lost: looks for its place in the map")
         if now - self._lost_since > LOST_SECONDS:
-            best = getattr(self.where, "best", 0.0)
-            return self._ends(
-                f"gives up: no place of this map fits what the lidar sees (the best one to {100.0 * best:.0f}%): is it "
-                "the map of this building?"
-            )
+            return self._ends(f"gives up: {self.where.doubt}")
         assert self._scan is not None
         bins = np.linspace(-np.pi, np.pi, 25)
         angles = np.arctan2(self._scan.points[:, 1], self._scan.points[:, 0])
