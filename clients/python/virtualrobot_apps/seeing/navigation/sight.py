@@ -50,7 +50,7 @@ class Sight:
         self.since: float | None = None
         """Time (s) of the last scan that was not blind; None: none yet."""
         self.nothing = False
-        """Whether the last scan had hardly an echo."""
+        """True: the last scan had hardly an echo."""
         self.alone = 0.0
         """Way (m) by odometry since a scan had echoes."""
         self._scanned: float | None = None
