@@ -134,6 +134,40 @@ def test_times_are_those_of_the_lines(steps: virtualrobot.Client, tmp_path: Path
     assert times[0] > 0.2
 
 
+ASIDE = r"""    WaitRob \InPos;
+    CONNECT soon WITH away;
+    ITimer \Single, SECONDS, soon;
+    MoveJ left, v300, fine, tool0;
+    MoveL right, v200, fine, tool0;
+  ENDPROC
+  VAR intnum soon;
+  TRAP away
+    StopMove;
+    StorePath;
+    MoveL Offs(CRobT(), 0, 0, 20), v500, fine, tool0;
+    MoveL Offs(CRobT(), 0, 0, -20), v500, fine, tool0;
+    RestoPath;
+    StartMove;
+  ENDTRAP
+  PROC nothing_else()"""
+
+
+@pytest.mark.parametrize("after", ["0.5", "2.0"])
+def test_a_path_that_was_put_aside_keeps_its_lines(steps: virtualrobot.Client, tmp_path: Path, after: str) -> None:
+    """The timer comes in the first move or in the second; without it the same faults are told at the same line."""
+    found, seconds = [], []
+    for statements in (ASIDE.replace("ITimer", "!"), ASIDE.replace("SECONDS", after)):
+        steps.scene.clear()
+        build(steps)
+        run = tried(steps, program(tmp_path, statements))
+        found.append({(one.line - FIRST, one.message.split(" at ")[0]) for one in run.findings})
+        seconds.append({int(place.rpartition(":")[2]) - FIRST: time for place, time in run.seconds.items()})
+    assert found[0] == found[1] != set()
+    assert {line for line, _ in found[0]} == {4}
+    assert seconds[1].get(13, 0.0) < 0.05
+    assert all(seconds[1][line] == pytest.approx(seconds[0][line], rel=0.3) for line in (3, 4)), seconds
+
+
 def test_the_command_tries_a_copy_and_leaves_the_world_alone(client: virtualrobot.Client, tmp_path: Path) -> None:
     build(client)
     revision, positions = client.scene.revision, client.robot("arm").positions.tolist()

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from typing import Any, TypeAlias
@@ -66,11 +66,17 @@ class Step:
         add: adds it to a program.
         moves: whether it is a move.
         again: makes the step that does what is left of it from where the robot stands; None: itself.
+        place: the place, as `Task.place` tells it, of the statement that it comes from; empty before it is sent.
     """
 
     add: Callable[[Program], Program]
     moves: bool = False
     again: Callable[[], Step] | None = None
+    place: str = ""
+
+    def rest(self) -> Step:
+        """Return the step that does what is left of it, at the same place."""
+        return self if self.again is None else replace(self.again(), place=self.place)
 
 
 @dataclass(slots=True)
@@ -307,7 +313,7 @@ class MotionQueue:
         self.stopped = False
         waiting, self._waiting = self._waiting, []
         if waiting:
-            self._send([step.again() if step.again is not None else step for step in waiting])
+            self._send([step.rest() for step in waiting])
         elif self._motion is not None and self._motion.state.phase in (Phase.PAUSING, Phase.PAUSED):
             self._motion.resume()
 
@@ -320,7 +326,7 @@ class MotionQueue:
             steps, rest = steps[:first], steps[first:]
             if rest:
                 self._end(ASIDE)
-                self._send([step.again() if step.again is not None else step for step in steps])
+                self._send([step.rest() for step in steps])
             self.finish()
             steps = rest
         self._end(ASIDE)
@@ -435,6 +441,8 @@ class MotionQueue:
             return
         while self.stopped:
             self._task.pause(POLL_SECONDS)
+        place = self._task.place()
+        steps = [step if step.place else replace(step, place=place) for step in steps]
         program = self._client.program()
         for step in steps:
             program = step.add(program)
@@ -453,8 +461,7 @@ class MotionQueue:
         for number, lead, what in self._calls:
             self._call(self._motion, _Mark(self._count + number, what, end - lead if lead else inf))
         self._sent += enumerate(steps, self._count)
-        place = self._task.place()
-        self._places += ((number, place) for number in range(self._count, self._count + len(steps)))
+        self._places += ((number, step.place) for number, step in enumerate(steps, self._count))
         self._count += len(steps)
 
     def _room(self) -> None:
