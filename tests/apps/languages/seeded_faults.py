@@ -150,7 +150,7 @@ SEEDED = (
     Seeded("a quaternion that is none", "    MoveJ crooked, v500, fine, tool0;", 0, "has the length 1.1 and not 1"),
     Seeded("a speed of 0", r"    MoveJ left, v500 \V:=0, fine, tool0;", 0, "the speed 0 mm/s is not above 0"),
     Seeded("a procedure that is not there", '    %"nowhere"%;', 0, "'nowhere'"),
-    Seeded("a procedure that calls itself", "    down;\n  ENDPROC\n  PROC down()\n    down;", 0, "ERR_STACK"),
+    Seeded("a procedure that calls itself", "    down;\n  ENDPROC\n  PROC down()\n    down;", 3, "ERR_STACK"),
 )
 
 

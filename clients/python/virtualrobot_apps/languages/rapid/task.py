@@ -406,7 +406,6 @@ class RapidTask(Task):
             where = [f"{error.metadata['file']}:{error.metadata['line']}"]
         if isinstance(error, RecursionError):
             message = "ERR_STACK: routines call each other without an end"
-            where = where[:1]
         else:
             message = str(as_fault(error) if isinstance(error, CAUGHT) else error)
         called = [f"{names[one.name]} ({one.filename}:{one.lineno})" for one in frames if one.name in names]
