@@ -13,12 +13,13 @@ from virtualrobot.errors import InvalidArgumentError, WrongStateError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.seeing.navigation import floors, journeys
 from virtualrobot_apps.seeing.navigation.command import navigate
-from virtualrobot_apps.seeing.navigation.navigator import Goal
+from virtualrobot_apps.seeing.navigation.grid import load
+from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Observation
 from virtualrobot_apps.seeing.navigation.planning import Costmap, Planner, length
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, planar
 from virtualrobot_apps.seeing.navigation.vehicle import SHARE, Vehicle, sensors_of
 
-from tests.apps.seeing.flat_vehicles import room
+from tests.apps.seeing.flat_vehicles import known, room
 from tests.apps.seeing.test_exploring import gap
 
 pytestmark = pytest.mark.long
@@ -90,10 +91,10 @@ def test_it_finds_its_place_and_goes_to_its_goals(client: virtualrobot.Client, s
     assert told[-1].startswith("has come to")
     assert distance(true_pose(client), goals[0]) < 0.2 and min(clear) > 0.0
     track.clear()
-    known = true_pose(client)
-    assert journeys.go(client, vehicle, grid, [Goal(*goals[1])], known, say=told.append, watch=watch) == [True]
+    here = true_pose(client)
+    assert journeys.go(client, vehicle, grid, [Goal(*goals[1])], here, say=told.append, watch=watch) == [True]
     assert distance(true_pose(client), goals[1]) < 0.2 and min(clear) > 0.0
-    shortest = Planner(Costmap.of(grid, vehicle.footprint, np.zeros((0, 2)))).way(known, goals[1])
+    shortest = Planner(Costmap.of(grid, vehicle.footprint, np.zeros((0, 2)))).way(here, goals[1])
     assert length(np.array(track)) < 1.3 * length(shortest)
 
 
@@ -128,6 +129,46 @@ def test_there_is_no_map_where_nothing_stands(client: virtualrobot.Client) -> No
     vehicle = Vehicle(client, ROBOT, *sensors_of(client, ROBOT))
     with pytest.raises(WrongStateError, match="hardly an echo"):
         journeys.explore(client, vehicle, np.array(floors.START))
+
+
+def test_the_command_goes_nowhere_by_a_blind_lidar(
+    kernel: KernelProcess, client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """No ray has an echo: it says so by the lidar's name, and stays where it stood, known or not."""
+    walls, start = room(4.0, 3.0), np.array([1.0, 1.0, 0.0])
+    known(walls, 4.0, 3.0).save(tmp_path / "floor.yaml")
+    placed(client, walls, start)
+    client.sensors[f"{ROBOT}.lidar"].set_model("laser", {"dropout_rate": 1.0})
+    before = true_pose(client)
+    file = ["go", ROBOT, str(tmp_path / "floor.yaml"), "--to", "3", "2", "--address", kernel.address]
+    for begin, mapped in ((["--from", "1", "1", "0"], " though the map has walls in its reach"), ([], "")):
+        done = CliRunner().invoke(navigate, [*file, *begin])
+        words = f"the scans of 'ugv.lidar' have hardly an echo{mapped}"
+        assert done.exit_code == 1 and done.output == f"stands: {words}\ngives up: {words}, for 10 s\n"
+        assert distance(true_pose(client), before) < 1e-6
+
+
+def test_an_interrupt_writes_the_map_so_far(
+    kernel: KernelProcess, client: virtualrobot.Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    placed(client, room(4.0, 3.0), np.array([1.0, 1.0, 0.0]))
+    file, step = tmp_path / "floor.yaml", Navigator.step
+
+    def interrupted(navigator: Navigator, seen: Observation) -> tuple[float, float]:
+        if navigator.goal is not None:
+            raise KeyboardInterrupt
+        return step(navigator, seen)
+
+    monkeypatch.setattr(Navigator, "step", interrupted)
+    done = CliRunner().invoke(navigate, ["explore", ROBOT, str(file), "--address", kernel.address])
+    assert done.exit_code == 130 and "interrupted: writes the map so far" in done.output, done.output
+    assert f"{file}: " in done.output and load(file).occupied.any()
+
+
+def test_an_imu_is_no_encoder(client: virtualrobot.Client) -> None:
+    placed(client, room(4.0, 3.0), np.array(floors.START))
+    with pytest.raises(InvalidArgumentError, match=r"'ugv.imu' tells no joints, .*; encoders are 'ugv.encoders'"):
+        Vehicle(client, ROBOT, f"{ROBOT}.lidar", f"{ROBOT}.imu")
 
 
 def test_a_sonar_is_no_lidar(client: virtualrobot.Client) -> None:

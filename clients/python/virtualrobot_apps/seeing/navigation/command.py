@@ -13,6 +13,7 @@ from virtualrobot.errors import WrongStateError
 if TYPE_CHECKING:
     from virtualrobot import Client
 
+    from virtualrobot_apps.seeing.navigation.mapping import Mapper
     from virtualrobot_apps.seeing.navigation.vehicle import Vehicle
 
 _EXAMPLES = """
@@ -74,7 +75,8 @@ def explore(
 ) -> None:
     """Look at the edges of what is known until none is left that can be seen, and write the map.
 
-    Edges that stay unseen are told with the reason, and the exit code is 1 then.
+    Edges that stay unseen are told with the reason, and the exit code is 1 then. Ctrl-C writes the map so far; it is
+    130 then.
     """
     check_file(file)
     check_packages()
@@ -82,16 +84,15 @@ def explore(
 
     with target.connect() as client:
         vehicle = _vehicle(client, robot, lidar, encoders)
-        explored = journeys.explore(
-            client, vehicle, journeys.pose_of(start), resolution=resolution, say=click.echo, pace=speed or 0.0
-        )
-    mapper = explored.mapper
-    mapper.grid.save(file)
-    rows, columns = mapper.grid.occupied.shape[:2]
-    click.echo(
-        f"{file}: {columns} x {rows} cells of {mapper.grid.resolution:g} m, of {len(mapper.poses)} scans and "
-        f"{mapper.loops} loops"
-    )
+        try:
+            explored = journeys.explore(
+                client, vehicle, journeys.pose_of(start), resolution=resolution, say=click.echo, pace=speed or 0.0
+            )
+        except journeys.ExplorationInterrupted as interrupted:
+            click.echo("interrupted: writes the map so far", err=True)
+            _save(interrupted.mapper, file)
+            raise click.exceptions.Exit(130) from None
+    _save(explored.mapper, file)
     if explored.unseen:
         raise SystemExit(1)
 
@@ -140,6 +141,15 @@ def go(
         )
     if not all(reached):
         raise SystemExit(1)
+
+
+def _save(mapper: Mapper, file: Path) -> None:
+    mapper.grid.save(file)
+    rows, columns = mapper.grid.occupied.shape[:2]
+    click.echo(
+        f"{file}: {columns} x {rows} cells of {mapper.grid.resolution:g} m, of {len(mapper.poses)} scans and "
+        f"{mapper.loops} loops"
+    )
 
 
 def check_file(file: Path) -> None:

@@ -31,6 +31,15 @@ class Explored:
     unseen: tuple[Unseen, ...]
 
 
+class ExplorationInterrupted(KeyboardInterrupt):
+    """Interrupt of an exploration; `mapper` has the map so far."""
+
+    def __init__(self, mapper: Mapper) -> None:
+        """Keep the map so far."""
+        super().__init__("the exploration is interrupted")
+        self.mapper = mapper
+
+
 def explore(
     client: Client,
     vehicle: Vehicle,
@@ -53,21 +62,31 @@ def explore(
         watch: told the pose (3,) that the vehicle thinks it has, once a period.
         pace: simulated seconds for each second of the wall clock; 0: as fast as it can be.
         longest: simulation time (s).
+
+    Raises:
+        ExplorationInterrupted: at an interrupt, once the vehicle stands, with the map so far.
+        WrongStateError: where no scan comes, or none with echoes, by which a map could begin.
     """
     mapper = Mapper(start, resolution)
     navigator = Navigator(mapper, vehicle.footprint, say=say, reach=vehicle.reach, lidar=vehicle.lidar)
     explorer = Explorer(navigator, mapper, vehicle.reach)
-    with Drive(client, [vehicle]) as drive:
-        loop = _Loop(drive, vehicle, navigator, watch, pace)
-        while mapper.grid.log_odds.size == 0:
-            loop.period()
-            if navigator.last_time - loop.begun > 5.0:
-                raise WrongStateError(
-                    f"no scan of {vehicle.lidar!r} has come for 5 s"
-                    if not loop.scanned
-                    else f"the scans of {vehicle.lidar!r} have hardly an echo: nothing stands in its reach to be mapped"
-                )
-        explorer.run(loop.period, longest)
+    try:
+        with Drive(client, [vehicle]) as drive:
+            loop = _Loop(drive, vehicle, navigator, watch, pace)
+            while mapper.grid.log_odds.size == 0:
+                loop.period()
+                if navigator.last_time - loop.begun > 5.0:
+                    raise WrongStateError(
+                        f"no scan of {vehicle.lidar!r} has come for 5 s"
+                        if not loop.scanned
+                        else f"the scans of {vehicle.lidar!r} have hardly an echo: nothing stands in its reach to be "
+                        "mapped"
+                    )
+            explorer.run(loop.period, longest)
+    except KeyboardInterrupt as interrupt:
+        if mapper.grid.log_odds.size == 0:
+            raise
+        raise ExplorationInterrupted(mapper) from interrupt
     for edge in explorer.unseen:
         say(str(edge))
     return Explored(mapper, tuple(explorer.unseen))

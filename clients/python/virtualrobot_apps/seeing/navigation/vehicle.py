@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from virtualrobot import Client, Robot
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
+from virtualrobot.sensors.motion_sensors import EncoderReading
 from virtualrobot.sensors.range_sensors import RangeReading
 
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
@@ -59,7 +60,18 @@ class Vehicle:
             raise InvalidArgumentError(
                 f"{lidar!r} has {rows} x {rays} rays: a lidar that looks around has one row of {FEWEST} rays at least"
             )
-        self._odometry = robot.odometry(settings=thought, encoders=client.sensors[encoders].read().value)
+        counted = client.sensors[encoders].read().value
+        if not isinstance(counted, EncoderReading | None):
+            others = [
+                one.name
+                for one in client.scene.nodes("motion_sensor")
+                if isinstance(client.sensors[one.name].read().value, EncoderReading)
+            ]
+            raise InvalidArgumentError(
+                f"{encoders!r} tells no joints, so that there is no odometry by it; encoders are "
+                f"{', '.join(map(repr, others)) or 'none here'}"
+            )
+        self._odometry = robot.odometry(settings=thought, encoders=counted)
         start = self._odometry.reading.pose
         base = np.eye(4)
         base[:2, :2] = [[np.cos(start[2]), -np.sin(start[2])], [np.sin(start[2]), np.cos(start[2])]]
