@@ -274,8 +274,8 @@ def test_what_the_world_has_not_is_told_before_anything_moves(
 ) -> None:
     with pytest.raises(WrongStateError, match="the world has no signal input_2, output_1; create it by"):
         Run(client, "10 MOVE A\n20 OUTPUT 1\n30 WAIT 2")
-    with pytest.raises(WrongStateError, match="the arm has no gripper to open and close"):
-        Run(client, "10 CLOSE")
+    with pytest.raises(WrongStateError, match=r"^main\.rpl:2: the arm has no gripper to open and close"):
+        Run(client, "10 FINISH\n20 CLOSE")
     with pytest.raises(WrongStateError, match="pulses are told for 2 joints, and 'arm' has 5"):
         World(client, "arm", pulses=[1.0, 2.0])
     client.load_robot("model://cobra600", name="scara")
@@ -361,7 +361,7 @@ def test_a_palletizing_program_moves_parts(client: virtualrobot.Client, arm: vir
 
 def test_the_command_runs_a_program(client: virtualrobot.Client, arm: virtualrobot.Robot, tmp_path: Path) -> None:
     program = tmp_path / "job.rpl"
-    program.write_text("10 SPEED 100\n20 MA 0.5, 1, -1, 0, 0\n30 OUTPUT 2\n40 TYPE 'there'\n")
+    program.write_text("10 SPEED 100\n20 MA 0.5, 1, -1, 0, 0\n30 OUTPUT 2\n40 TYPE 'there'\n50 CLOSE\n")
     address = client.address
     words = ["run", str(program), "--robot", "arm", "--create-signals", "--address", address]
     done = CliRunner().invoke(rapl, words, standalone_mode=False)
@@ -369,3 +369,4 @@ def test_the_command_runs_a_program(client: virtualrobot.Client, arm: virtualrob
     assert done.output == "there\n"
     assert arm.positions[0] == pytest.approx(0.5, abs=1e-6)
     assert client.signals["output_2"] is True
+    assert client.signals["gripper"] is True

@@ -88,9 +88,10 @@ def check(
 
     each = _checked(pulses, inputs, outputs)
     with target.connect() as live, copied_world(live) as client:
-        _create_signals(client, program, inputs, outputs)
+        name = only_robot(client, robot)
+        _create_signals(client, program, name, inputs, outputs)
         set_signals(client, given)
-        world = World(client, only_robot(client, robot), lambda note: click.echo(f"note: {note}", err=True), each)
+        world = World(client, name, lambda note: click.echo(f"note: {note}", err=True), each)
         task = RaplTask(program, world, lambda _: None, lambda _: "", (inputs, outputs))
         trial = Trial(client, {task: world}, longest)
         trial.run(task.run)
@@ -108,11 +109,15 @@ def _checked(pulses: str | None, inputs: str, outputs: str) -> list[float]:
         raise click.UsageError(f"--pulses takes numbers, as 200,200,200,44.44,22.22, not {pulses}") from None
 
 
-def _create_signals(client: Client, program: Loaded, inputs: str, outputs: str) -> None:
-    """Add the inputs and outputs that a program names and the world has not."""
+def _create_signals(client: Client, program: Loaded, robot: str, inputs: str, outputs: str) -> None:
+    """Add the inputs and outputs that a program names and the world has not, and a gripper's where the arm has none."""
     from virtualrobot_apps.languages.rapl.task import signals_of
+    from virtualrobot_apps.languages.rapl.world import GRIPPER
 
-    for name in signals_of(program, inputs, outputs):
+    names = signals_of(program, inputs, outputs)
+    if program.first_use("OPEN", "CLOSE") and not client.robot(robot).state.tool:
+        names.append(GRIPPER)
+    for name in names:
         if name not in client.signals:
             client.signals.create(name)
 
@@ -125,7 +130,7 @@ def _create_signals(client: Client, program: Loaded, inputs: str, outputs: str) 
 @_names[0]
 @_names[1]
 @_pulses
-@click.option("--create-signals", is_flag=True, help="Add the inputs and outputs that the world has not.")
+@click.option("--create-signals", is_flag=True, help="Add inputs, outputs and a gripper that the world has not.")
 @target_options
 def run(
     target: Target,
@@ -154,7 +159,7 @@ def run(
         robot = only_robot(client, robot)
         loaded = load_files(files, locations)
         if create_signals:
-            _create_signals(client, loaded, inputs, outputs)
+            _create_signals(client, loaded, robot, inputs, outputs)
         world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True), each)
         pendant = Pendant(click.echo, sys.stdin)
 

@@ -61,9 +61,13 @@ class Loaded:
         found = (int(word.text) for one in self.programs.values() for of, word in one.uses.signals if of == kind)
         return sorted(set(found))
 
-    def uses_command(self, *names: str) -> bool:
-        """Return whether one of these commands is used."""
-        return any(one.command.name in names for program in self.programs.values() for one in program.statements)
+    def first_use(self, *names: str) -> str:
+        """Return the place, as `file:line`, of the first statement with one of these commands; empty where none is."""
+        for program in self.programs.values():
+            for one in program.statements:
+                if one.command.name in names:
+                    return f"{program.source.file}:{program.source.line(one.at)}"
+        return ""
 
 
 def load(sources: Iterable[Source], locations: Source | None = None) -> Loaded:

@@ -90,10 +90,12 @@ class RaplTask(Task):
                 f"the world has no signal {', '.join(lacking)}; create it by 'virtualrobot signal NAME --create', or "
                 "all by --create-signals"
             )
-        if self.program.uses_command("OPEN", "CLOSE") and not world.has_gripper():
+        if (place := self.program.first_use("OPEN", "CLOSE")) and not world.has_gripper():
+            file, _, line = place.rpartition(":")
             raise WrongStateError(
-                f"the arm has no gripper to open and close: mount one, or create the signal {GRIPPER!r}, which is on "
-                "where it is closed"
+                f"{place}: the arm has no gripper to open and close: mount one, or create the signal {GRIPPER!r}, "
+                "which is on where it is closed; --create-signals does so, too",
+                metadata={"file": file, "line": line},
             )
 
     @property
