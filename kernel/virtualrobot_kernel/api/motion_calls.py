@@ -71,7 +71,7 @@ async def make_way(
         if policy != motion_pb2.BUSY_POLICY_PREEMPT:
             names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)
             raise KernelError(
-                f"{names} moves in {motion.id!r}; wait for its end, cancel it, or start with PREEMPT",
+                f"{names} moves in {motion.id!r}; wait for its end, or cancel it",
                 reason=Reason.ROBOT_BUSY,
                 motion=motion.id,
             )
