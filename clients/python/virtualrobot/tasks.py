@@ -123,7 +123,7 @@ class Tasks:
         Raises:
             WrongStateError: when it has ended, or its client is gone.
         """
-        self._records.wish(self.get(task).id, STOP)
+        self._records.wish(self._at_work(task), STOP)
 
     def answer(self, task: str, text: Text) -> None:
         """Answer what a program asks on its pendant; errors as of `stop`.
@@ -131,7 +131,14 @@ class Tasks:
         Raises:
             InvalidArgumentError: when it asks nothing.
         """
-        self._records.wish(self.get(task).id, ANSWER, text)
+        self._records.wish(self._at_work(task), ANSWER, text)
+
+    def _at_work(self, task: str) -> str:
+        """Return the record's name of a task that has not ended."""
+        found = self.get(task)
+        if found.is_over:
+            raise WrongStateError(f"no task {found.name} runs: {found.id} is over ({found.state})")
+        return found.id
 
     def watch(self) -> Iterator[list[ProgramTask]]:
         """Yield those tasks that are new or have changed, all at first, until the iterator is closed."""

@@ -75,7 +75,7 @@ def test_tasks_are_seen_stopped_and_answered(client: Client, run: Run) -> None:
         assert "2 tasks are called 'T_ROB1'; name one by its record" in run("tasks", "stop", "T_ROB1", code=1)
         client.records.forget(twin)
         client.records.update(one.id, state="ended", is_over=True)
-        assert "is over, and changes no more" in run("tasks", "stop", "T_ROB1", code=1)
+        assert f"no task T_ROB1 runs: {one.id} is over (ended)" in run("tasks", "stop", "T_ROB1", code=1)
         assert "there is no task named 'T_ROB2'; there are: T_ROB1 (" in run("tasks", "stop", "T_ROB2", code=1)
     until(lambda: not client.tasks.list())
     assert run("tasks") == "no program is at work\n"
