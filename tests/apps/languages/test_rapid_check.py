@@ -65,6 +65,11 @@ def test_one_fault_is_one_message_that_names_what_is_wrong(statements: str, expe
     assert fault_of(statements).startswith(expected)
 
 
+def test_a_hint_is_of_the_type_that_is_wanted_or_nearly_the_same() -> None:
+    assert fault_of("MoveJ CRobT(), v100, fine, tGripper;") == "'tGripper' is not declared"
+    assert fault_of("MoveJ CRobT(), v100, fine, tool1;") == "'tool1' is not declared; did you mean 'tool0'?"
+
+
 @pytest.mark.parametrize(
     ("statements", "expected"),
     [

@@ -63,6 +63,10 @@ def test_each_fault_has_its_place_and_the_next_statement_is_still_looked_at() ->
         ("MODULE A VAR num \0x; ENDMODULE", ["1:18: the character '\\x00' can't stand here"]),
         ('MODULE A VAR string s := "open;\nENDMODULE', ["1:26: this text has no closing quote on its line"]),
         ("MODULE A PROC <ID>() ENDPROC ENDMODULE", ["1:15: <ID> is a place that nobody has filled"]),
+        (
+            "MODULE A PROC Connect() ENDPROC ENDMODULE",
+            ["1:15: 'Connect' is a reserved word, and no name: the routine's name is expected here"],
+        ),
         ("MODULE A(NOVUEW) ENDMODULE", ["1:1: 'NOVUEW' is no attribute of modules; did you mean 'NOVIEW'?"]),
     ],
 )

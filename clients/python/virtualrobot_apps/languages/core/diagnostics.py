@@ -57,8 +57,8 @@ class ProgramError(MalformedFileError):
         self.diagnostics = diagnostics
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return `; did you mean 'x'?` where a known name is like this one whatever the case, and else nothing."""
+def did_you_mean(name: str, known: Iterable[str], alike: float = 0.7) -> str:
+    """Return `; did you mean 'x'?` where a known name is so much `alike` whatever the case, and else nothing."""
     by_lower = {one.lower(): one for one in known}
-    near = get_close_matches(name.lower(), by_lower, n=1, cutoff=0.7)
+    near = get_close_matches(name.lower(), by_lower, n=1, cutoff=alike)
     return f"; did you mean {by_lower[near[0]]!r}?" if near else ""

@@ -29,6 +29,8 @@ _ARITHMETIC: dict[str, dict[tuple[Type, Type], Type]] = {
     "mod": {(NUM, NUM): NUM, (_DNUM, _DNUM): _DNUM},
 }
 """Result of each operator by the types of its two values."""
+NEARLY = 0.8
+"""Likeness from which on a name of any type is hinted at."""
 
 
 def predefined() -> dict[str, Symbol]:
@@ -112,9 +114,12 @@ class Meaning:
             else:
                 self.error(name.at, f"{name.name!r} is not declared{hint}")
 
-    def _names_here(self) -> list[str]:
+    def _near(self, name: str, wanted: Type | None) -> str:
+        """Return a hint to a datum of the type that is wanted, or else to one that is called nearly so."""
         scopes = [self.predefined, self.globals, *self.scopes]
-        return [one.name for scope in scopes for one in scope.values() if isinstance(one, Datum)]
+        here = [one for scope in scopes for one in scope.values() if isinstance(one, Datum)]
+        fitting = did_you_mean(name, [one.name for one in here if one.type == wanted])
+        return fitting or did_you_mean(name, [one.name for one in here], NEARLY)
 
     # Types.
 
@@ -138,7 +143,7 @@ class Meaning:
         """
         match node:
             case tree.Name():  # more often than all others
-                return self._name(node)
+                return self._name(node, wanted)
             case tree.Number():
                 return _DNUM if wanted == _DNUM else NUM
             case tree.Text():
@@ -158,7 +163,7 @@ class Meaning:
             case tree.Binary():
                 return self._binary(node, wanted)
 
-    def _name(self, node: tree.Name) -> Type:
+    def _name(self, node: tree.Name, wanted: Type | None) -> Type:
         found = self.symbol(node.name)
         if isinstance(found, Datum):
             node.symbol = found
@@ -169,7 +174,7 @@ class Meaning:
         if known:
             self.signal(node, "signaldi")
         else:
-            self._unresolved.append((self.source, node, did_you_mean(node.name, self._names_here())))
+            self._unresolved.append((self.source, node, self._near(node.name, wanted)))
         return ANY
 
     def _component(self, node: tree.Component) -> Type:
