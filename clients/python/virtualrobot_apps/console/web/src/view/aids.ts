@@ -1,16 +1,17 @@
-// What the picture of all viewers has beside the cell: axes of joints, boxes around nodes, and distances, with their lengths; in the
-// room as well. The kernel keeps which ones, for its viewer, pictures and every page.
+// What the picture of all viewers has beside the cell: axes of joints, boxes around nodes, and distances, also the least ones, with their
+// lengths; in the room as well. The kernel keeps which ones, for its viewer, pictures and every page.
 import { effect, signal } from "@preact/signals";
 import { Box3, CanvasTexture, Matrix4, Sprite, SpriteMaterial, SRGBColorSpace, Vector3 } from "three";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import type { Measurement } from "../generated/virtualrobot/v1/view_pb";
+import { nearest } from "../kernel/clearances";
 import { picture } from "../kernel/shared_picture";
 import { below, items, moves } from "../kernel/world";
 import { fixed } from "../parts/numbers";
 import { showSpans, type Span } from "./spans";
 import type { Viewport } from "./viewport";
 
-const OWNER = "aids", AXIS = "#c58bff", BOX = "#4cc38a", DISTANCE = "#ffd65c";
+const OWNER = "aids", AXIS = "#c58bff", BOX = "#4cc38a", DISTANCE = "#ffd65c", CLEARANCE = "#3fb6d9";
 /** Joints that have an axis, and how far (m) it is drawn to each side. */
 const MOVING: ReadonlySet<JointType> = new Set([JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC]);
 const AXIS_METERS = 0.15;
@@ -25,9 +26,12 @@ export function drawAids(view: Viewport): () => void {
   effect(() => {
     void [moves.value, figures.value];
     const now = picture.value, wasAny = isAny;
-    isAny = now !== undefined && now.jointAxes.length + now.boundingBoxes.length + now.measurements.length > 0;
+    isAny = now !== undefined && now.jointAxes.length + now.boundingBoxes.length + now.measurements.length + nearest.value.length > 0;
     if (!isAny && !wasAny) return;
-    const distances = (now?.measurements ?? []).flatMap((one) => distanceOf(view, one));
+    const distances = [
+      ...(now?.measurements ?? []).flatMap((one) => distanceOf(view, one)),
+      ...nearest.value.map(({ name, from, to }) => ({ name: `clearance ${name}`, span: { from, to, color: CLEARANCE } })),
+    ];
     showSpans(OWNER, [
       ...(now?.jointAxes ?? []).flatMap((robot) => axesOf(view, robot)),
       ...(now?.boundingBoxes ?? []).flatMap((node) => boxOf(view, node)),

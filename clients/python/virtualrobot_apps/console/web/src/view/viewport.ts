@@ -15,6 +15,7 @@ import { Names, namesShown } from "./names";
 import { drawHeads } from "./heads";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
+import { drawGhosts } from "./other_ghosts";
 import { drawSwept } from "./postures";
 import { SizeHandle } from "./size_handle";
 import { Solids } from "./solids";
@@ -48,6 +49,7 @@ export class Viewport {
   #timer = new Timer();
   #follower = new Follower();
   #redrawAids: () => void;
+  #redrawGhosts: () => void;
   /** From where it looks by itself, as long as figures are yet to come. */
   #framedFrom?: Vector3;
   #dirty = true;
@@ -69,6 +71,7 @@ export class Viewport {
     drawSpans(this);
     drawSwept(this);
     this.#redrawAids = drawAids(this);
+    this.#redrawGhosts = drawGhosts(this);
     drawAxis(this);
     drawHeads(this);
     followHead(this);
@@ -128,6 +131,7 @@ export class Viewport {
       this.ghost.renew(this.solids.pieces, this.solids.places);
       this.room?.rebuild();
       this.#redrawAids();
+      this.#redrawGhosts();
       if (this.solids.pieces.size > 0) this.#frameFirst();
     }
     this.#follower.advance(this.observer, this.solids.places);

@@ -1,5 +1,5 @@
 // A robot at several moments of its way at once, in one drawing however many figures and moments there are.
-import { BatchedMesh, Group, Matrix4, MeshStandardMaterial } from "three";
+import { BatchedMesh, Group, Matrix4, MeshStandardMaterial, type ColorRepresentation } from "three";
 import type { Piece } from "../view/figures";
 import { bared, sizeOf } from "./bare";
 
@@ -19,8 +19,8 @@ export class Ghosts {
   #copies: Copy[] = [];
   #moments: readonly Places[] = [];
 
-  /** `most` moments can be shown at once. */
-  constructor(private readonly most: number) {}
+  /** `most` moments can be shown at once; without an opacity many at once are more translucent than one. */
+  constructor(private readonly most: number, private readonly opacity?: number) {}
 
   /** Makes copies of what these nodes look like. */
   rebuild(nodes: readonly string[], pieces: ReadonlyMap<string, readonly Piece[]>): void {
@@ -48,7 +48,7 @@ export class Ghosts {
   /** Shows the nodes where they are in the world at these moments, and no others. */
   show(moments: readonly Places[]): void {
     this.#moments = moments;
-    this.#material.opacity = moments.length > 1 ? 0.2 : 0.45;
+    this.#material.opacity = this.opacity ?? (moments.length > 1 ? 0.2 : 0.45);
     this.group.visible = moments.length > 0;
     const matrix = new Matrix4();
     for (const { node, local, numbers } of this.#copies) {
@@ -60,7 +60,7 @@ export class Ghosts {
     }
   }
 
-  tint(color: number): void {
+  tint(color: ColorRepresentation): void {
     this.#material.color.set(color);
   }
 }
