@@ -144,3 +144,14 @@ def test_what_is_out_of_reach_is_told_by_its_point(
     assert "LIN" in file.with_suffix(".src").read_text()
     with pytest.raises(virtualrobot.VirtualRobotError, match="fixtur"):
         run(kernel, str(file), "--as", "rapid", "--reference", "fixtur", "--curve", "NEAR")
+
+
+def test_rounds_that_turn_a_joint_too_far_are_told_with_a_way_out(
+    client: virtualrobot.Client, arm: virtualrobot.Robot, kernel: KernelProcess, tmp_path: Path
+) -> None:
+    """Three rounds of a circle of 2 inches."""
+    file = tmp_path / "rounds.igs"
+    halves = [(100, f"0.,0.,0.,{numbers(list(ends))}") for ends in ((2.0, 0.0, -2.0, 0.0), (-2.0, 0.0, 2.0, 0.0))]
+    file.write_text(iges(*halves * 3, unit=1))
+    with pytest.raises(virtualrobot.LimitError, match=r"joint 'joint_6' would be at .*; the tool turns .* --no-turn"):
+        run(kernel, str(file), "--as", "rapid", "--reference", "fixture", "--speed", "0.2")

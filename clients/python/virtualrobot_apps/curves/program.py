@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot import Client, Program, Robot, pose
-from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError
+from virtualrobot.errors import InvalidArgumentError, LimitError, UnknownNameError, VirtualRobotError
 
 from virtualrobot_apps.curves.curve import Floats
 from virtualrobot_apps.curves.frames import frames
@@ -24,17 +24,21 @@ class Following:
     Attributes:
         program: the steps.
         places: of each step where it ends, such as `C1, point 3`.
+        turns: whether the tool turns with the curve.
     """
 
     program: Program
     places: tuple[str, ...]
+    turns: bool = False
 
     def error(self, error: VirtualRobotError) -> VirtualRobotError:
-        """Return an error of planning with the point of the curve that its step leads to."""
+        """Return an error of planning with the point of the curve that its step leads to, and a way out of it."""
         step = error.metadata.get("step", "")
         if not step.isdigit() or int(step) >= len(self.places) or isinstance(error, UnknownNameError):
             return error
         words = f"{self.places[int(step)]}: {error.message}"
+        if self.turns and isinstance(error, LimitError):
+            words += "; the tool turns along the curve, and --no-turn keeps it from that"
         return type(error)(words, error.reason, error.metadata, error.code)
 
 
@@ -79,7 +83,7 @@ def following(
         places.append(f"after {way.names[-1]}")
     if not places:
         raise InvalidArgumentError("there are no curves to follow")
-    return Following(program, tuple(places))
+    return Following(program, tuple(places), turn)
 
 
 def _zones(way: Way, tolerance: float) -> Floats:
