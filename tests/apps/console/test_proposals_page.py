@@ -115,9 +115,7 @@ def test_who_looks_changes_rejects_and_approves(start_kernel: StartKernel) -> No
                 client.clock.step(60)
                 if motion.phase is Phase.PAUSED:  # a page that is slow for a moment lets go, and for good
                     page.keyboard.up("Enter")
-                    page.wait_for_timeout(200)
                     page.keyboard.down("Enter")
-                    page.wait_for_timeout(300)  # before the press is heard it stands still paused
                 return client.proposals.get(made.id).state == "executed"
 
             until(is_done)

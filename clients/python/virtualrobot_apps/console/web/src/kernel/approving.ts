@@ -60,21 +60,21 @@ export async function reject({ id, revision: expectedRevision }: Proposal, reaso
 }
 
 class Approving {
-  /** The motion that this page has approved last, and whose it is. */
-  #motion?: HeldMotion;
-  #of = "";
+  /** The motion that this page has approved last, and of which proposal it is; a signal, since the proposal may be heard of before it. */
+  #own = signal<{ of: string; motion: HeldMotion } | undefined>(undefined);
   /** Ends the beats of the press that is on. */
   #rest?: () => void;
 
   /** Whether this page holds what it has approved, or may hold it again. */
   isOwn({ id, motionId }: Proposal): boolean {
-    return this.#of === id && this.#motion?.id === motionId;
+    const own = this.#own.value;
+    return own?.of === id && own.motion.id === motionId;
   }
 
   /** Starts what is seen, or lets it go on, until it is let go. */
   hold(seen: Proposal): void {
     this.letGo();
-    let held = this.isOwn(seen) ? this.#motion : undefined;
+    let held = this.isOwn(seen) ? this.#own.peek()?.motion : undefined;
     this.#rest = eachPicture(() => held?.beat());
     if (held) return;
     const rest = this.#rest;
@@ -86,16 +86,16 @@ class Approving {
   letGo(): void {
     this.#rest?.();
     this.#rest = undefined;
-    this.#motion?.letGo();
+    this.#own.peek()?.motion.letGo();
   }
 
   async #start({ id, revision }: Proposal): Promise<HeldMotion | undefined> {
     try {
       const { motion } = await start({ proposal: { id, revision }, hold: true, busyPolicy: BusyPolicy.REJECT, onDisconnect: DisconnectPolicy.STOP });
-      this.#of = id;
-      this.#motion = new HeldMotion(motion!.id, (error) => say(wordsOf(error), "error"));
-      void this.#watch(this.#motion.id);
-      return this.#motion;
+      const own = new HeldMotion(motion!.id, (error) => say(wordsOf(error), "error"));
+      this.#own.value = { of: id, motion: own };
+      void this.#watch(own.id);
+      return own;
     } catch (error) {
       say(reasonOf(error) === "PLAN_OUTDATED" ? `another cell than was looked at: ${forPeople(metadataOf(error, "changes")).replaceAll("\n", ", ")}; plan it anew` : wordsOf(error), "error");
       return undefined;
