@@ -8,44 +8,19 @@ from typing import ClassVar
 import numpy as np
 from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_kernel.motion.cartesian_path import CartesianPath
+from virtualrobot_kernel.motion.cartesian_path import RelatedPath
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 
 
 @dataclass(frozen=True, eq=False)
-class ApartPath(CartesianPath):
+class ApartPath(RelatedPath):
     """Path base_t_object(u) = base_t_tool object_t_tool(u)^-1, with `inner` the path of the tool in the object."""
 
     kind: ClassVar[str] = "apart"
     noun: ClassVar[str] = "way"
 
-    inner: CartesianPath
     base_t_tool: Array
-
-    @property
-    def length(self) -> float:
-        """Length of the tool's way in the object in m."""
-        return self.inner.length
-
-    @property
-    def angle(self) -> float:
-        """Angle that the tool turns in the object, in rad."""
-        return self.inner.angle
-
-    def travelled(self, u: float) -> tuple[float, float]:
-        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
-        return self.inner.travelled(u)
-
-    @property
-    def stations(self) -> tuple[tuple[float, str], ...]:
-        """Named fractions of the tool's path."""
-        return self.inner.stations
-
-    @property
-    def knots(self) -> tuple[float, ...]:
-        """Fractions where a derivative of the tool's path jumps."""
-        return self.inner.knots
 
     def pose(self, u: float) -> Array:
         """Return base_t_object (4, 4) at the fraction `u`."""

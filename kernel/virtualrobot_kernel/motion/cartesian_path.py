@@ -91,6 +91,37 @@ class CartesianPath(ABC):
 
 
 @dataclass(frozen=True, eq=False)
+class RelatedPath(CartesianPath):
+    """Path that follows from another one, `inner`, whose frame moves or is carried: its ways are those of that one."""
+
+    inner: CartesianPath
+
+    @property
+    def length(self) -> float:
+        """Length of the inner way in m."""
+        return self.inner.length
+
+    @property
+    def angle(self) -> float:
+        """Angle that the orientation turns on the inner way, in rad."""
+        return self.inner.angle
+
+    def travelled(self, u: float) -> tuple[float, float]:
+        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
+        return self.inner.travelled(u)
+
+    @property
+    def stations(self) -> tuple[tuple[float, str], ...]:
+        """Named fractions of the inner path."""
+        return self.inner.stations
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Fractions where a derivative of the inner path jumps."""
+        return self.inner.knots
+
+
+@dataclass(frozen=True, eq=False)
 class ConstantSpeedPath(CartesianPath):
     """Path with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
 

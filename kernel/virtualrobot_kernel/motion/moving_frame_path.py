@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.cartesian_path import CartesianPath
+from virtualrobot_kernel.motion.cartesian_path import RelatedPath
 from virtualrobot_kernel.motion.polynomial import Array
 
 
 @dataclass(frozen=True, eq=False)
-class MovingFramePath(CartesianPath):
+class MovingFramePath(RelatedPath):
     """Path base_t_tcp(u) = base_t_frame(u) frame_t_tcp(u), with `inner` the path in the frame.
 
     frame: from the fraction u to base_t_frame (4, 4) and its derivative by u, a twist (6,) in m and rad, base frame, at
@@ -23,28 +23,8 @@ class MovingFramePath(CartesianPath):
     kind: ClassVar[str] = "carried"
     noun: ClassVar[str] = "way"
 
-    inner: CartesianPath
     frame: Callable[[float], tuple[Array, Array]]
     turns: tuple[float, ...]
-
-    @property
-    def length(self) -> float:
-        """Length of the way in the moving frame in m."""
-        return self.inner.length
-
-    @property
-    def angle(self) -> float:
-        """Angle that the orientation turns in the moving frame, in rad."""
-        return self.inner.angle
-
-    def travelled(self, u: float) -> tuple[float, float]:
-        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
-        return self.inner.travelled(u)
-
-    @property
-    def stations(self) -> tuple[tuple[float, str], ...]:
-        """Named fractions of the path in the frame."""
-        return self.inner.stations
 
     @property
     def knots(self) -> tuple[float, ...]:

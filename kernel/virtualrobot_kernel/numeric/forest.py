@@ -23,6 +23,18 @@ Integers = np.ndarray[Any, np.dtype[np.int32]]
 Codes = np.ndarray[Any, np.dtype[np.int8]]
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
+_TREE = (
+    array_of(int32, 1),
+    array_of(int32, 1),
+    array_of(int8, 1),
+    array_of(float64, 2),
+    array_of(int32, 1),
+    array_of(float64, 1),
+    array_of(float64, 1),
+    array_of(float64, 3),
+)
+"""Types of what a tree is: from `order` to `parent_t_node`, as `forward_forest` has them."""
+
 
 @inlined
 def place_rows(
@@ -78,18 +90,7 @@ def place_rows(
             turn(world_t_node, row, x, y, z, q[first + 2])
 
 
-@compiled(
-    array_of(int32, 1),
-    array_of(int32, 1),
-    array_of(int8, 1),
-    array_of(float64, 2),
-    array_of(int32, 1),
-    array_of(float64, 1),
-    array_of(float64, 1),
-    array_of(float64, 3),
-    array_of(float64, 1),
-    output_of(float64, 3),
-)
+@compiled(*_TREE, array_of(float64, 1), output_of(float64, 3))
 def forward_forest(
     order: Integers,
     parent: Integers,
@@ -124,19 +125,7 @@ def forward_forest(
     place_rows(order, parent, joint_type, axis, q_index, multiplier, offset, parent_t_node, q, world_t_node)
 
 
-@compiled(
-    array_of(int32, 1),
-    array_of(int32, 1),
-    array_of(int8, 1),
-    array_of(float64, 2),
-    array_of(int32, 1),
-    array_of(float64, 1),
-    array_of(float64, 1),
-    array_of(float64, 3),
-    array_of(float64, 2),
-    output_of(float64, 3),
-    output_of(float64, 3),
-)
+@compiled(*_TREE, array_of(float64, 2), output_of(float64, 3), output_of(float64, 3))
 def forward_tips(
     order: Integers,
     parent: Integers,

@@ -53,7 +53,7 @@ class Console:
     process: subprocess.Popen[str]
     link: str = ""
     tls: ssl.SSLContext | None = None
-    """What is trusted; None for what the system trusts."""
+    """Authorities that are trusted; None for those of the system."""
 
     @property
     def port(self) -> int:

@@ -166,7 +166,7 @@ REFUSED: list[tuple[str, dict[str, object], str]] = [
     ("plan", {"text": "schema_version: 1\n"}, "the field 'process' is missing"),
     ("plan", {"text": "schema_version: 1\nprocess: cut\n", "files": 1}, "'files' are texts by their names"),
 ]
-"""What is asked for a process and refused, and a part of the words."""
+"""Requests for a process that are refused, and a part of the words."""
 
 
 def test_what_is_no_process_is_refused(console: Console, steps: Client) -> None:

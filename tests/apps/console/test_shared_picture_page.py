@@ -1,4 +1,4 @@
-"""What the picture of all viewers has, at the page: ghosts where robots would be, and least distances."""
+"""Things that the picture of all viewers has, at the page: ghosts where robots would be, and least distances."""
 
 from __future__ import annotations
 

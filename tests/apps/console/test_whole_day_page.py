@@ -44,9 +44,9 @@ pytestmark = [*needs_page, needs_iwer, pytest.mark.long]
 
 TOUCHED = {"touch-1": (0.5, 0.4, 0.2), "touch-2": (0.5, -0.5, 0.0), "touch-3": (-0.4, 0.3, 0.6)}
 TURNED = 0.4
-"""How far (rad) the real cell is turned from where the page puts it at first."""
+"""Angle (rad) by which the real cell is turned from where the page puts it at first."""
 BESIDE = np.array([0.3, 0.3, 0.0])
-"""How far (m) it is from there."""
+"""Distance (m) of it from there."""
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 DOWN = np.array([0.0, 0.0, -0.35])
 """A way (m) into the table."""

@@ -137,12 +137,8 @@ def turning(
 ) -> Choice | None:
     """Return how to turn on the spot by an angle (rad); None where the footprint would touch something."""
     rate = float(np.clip(2.0 * angle, -limits.turn, limits.turn))
-    swept = np.linspace(0.0, np.clip(angle, -0.5, 0.5), 6)
-    places = np.column_stack([np.zeros((6, 2)), swept])
-    cells = surroundings.clearance(moved(places, footprint.outline()[None])).min(axis=1)
-    if cells.min() <= min(MARGIN, 0.5 * cells[0]):
-        return None
-    return Choice((0.0, rate), float(cells.min()))
+    nearest = _nearest_turning(np.linspace(0.0, np.clip(angle, -0.5, 0.5), 6), surroundings, footprint)
+    return None if nearest is None else Choice((0.0, rate), nearest)
 
 
 def backwards(
@@ -161,14 +157,16 @@ def backwards(
 
 def can_turn(angle: float, surroundings: Surroundings, footprint: Footprint) -> bool:
     """Return whether the footprint touches nothing while it turns on the spot by an angle (rad), this way or that."""
-    outline = footprint.outline()
-    for end in (angle, angle - np.copysign(2.0 * np.pi, angle)):
-        swept = np.linspace(0.0, end, 2 + int(abs(end) / 0.1))
-        places = np.column_stack([np.zeros((len(swept), 2)), swept])
-        cells = surroundings.clearance(moved(places, outline[None])).min(axis=1)
-        if cells.min() > min(MARGIN, 0.5 * cells[0]):
-            return True
-    return False
+    ends = (angle, angle - np.copysign(2.0 * np.pi, angle))
+    turns = (np.linspace(0.0, end, 2 + int(abs(end) / 0.1)) for end in ends)
+    return any(_nearest_turning(one, surroundings, footprint) is not None for one in turns)
+
+
+def _nearest_turning(angles: Floats, surroundings: Surroundings, footprint: Footprint) -> float | None:
+    """Return how near (m) the footprint comes to obstacles at angles (n,), from 0 on; None where it would touch one."""
+    places = np.column_stack([np.zeros((len(angles), 2)), angles])
+    cells = surroundings.clearance(moved(places, footprint.outline()[None])).min(axis=1)
+    return None if cells.min() <= min(MARGIN, 0.5 * cells[0]) else float(cells.min())
 
 
 def ahead_of(pose: Floats, way: Floats, meters: float) -> Floats:
