@@ -19,19 +19,28 @@ def quintic_hermite(
 
     Source: Biagiotti, Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 2.1.4.
     """
-    h = np.diff(parameters)[:, None]
-    rise = np.diff(positions, axis=0)
-    v0, v1 = velocities[:-1] * h, velocities[1:] * h
-    a0, a1 = accelerations[:-1] * h**2, accelerations[1:] * h**2
+    first, second = (velocities[:-1], velocities[1:]), (accelerations[:-1], accelerations[1:])
+    pieces = hermite_pieces(np.diff(parameters)[:, None], np.diff(positions, axis=0), first, second)
+    pieces[:, 0] = positions[:-1]
+    return PiecewisePolynomial(parameters, pieces)
+
+
+def hermite_pieces(h: Array, rise: Array, velocities: tuple[Array, Array], accelerations: tuple[Array, Array]) -> Array:
+    """Return the coefficients (n, 6, k) of quintics from 0, h (n, 1) wide, that rise by (n, k); see `quintic_hermite`.
+
+    velocities and accelerations are those at their beginnings and ends, (n, k) each.
+    """
+    v0, v1 = (one * h for one in velocities)
+    a0, a1 = (one * h**2 for one in accelerations)
     coefficients = [
-        positions[:-1],
-        velocities[:-1],
-        accelerations[:-1] / 2.0,
+        np.zeros_like(rise),
+        velocities[0],
+        accelerations[0] / 2.0,
         (20.0 * rise - 12.0 * v0 - 8.0 * v1 - 3.0 * a0 + a1) / (2.0 * h**3),
         (-30.0 * rise + 16.0 * v0 + 14.0 * v1 + 3.0 * a0 - 2.0 * a1) / (2.0 * h**4),
         (12.0 * rise - 6.0 * v0 - 6.0 * v1 - a0 + a1) / (2.0 * h**5),
     ]
-    return PiecewisePolynomial(parameters, np.stack(coefficients, axis=1))
+    return np.stack(coefficients, axis=1)
 
 
 def smooth_path(times: Array, positions: Array, velocities: Array | None) -> PiecewisePolynomial:

@@ -23,7 +23,7 @@ from virtualrobot_sdk.poses import left_jacobian, rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath, turn_between
-from virtualrobot_kernel.motion.path import quintic_hermite, solve_tridiagonal
+from virtualrobot_kernel.motion.path import hermite_pieces, quintic_hermite, solve_tridiagonal
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.pose_check import check_pose
 
@@ -149,23 +149,35 @@ def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
     speeds, accelerations = _rates_at_knots(widths, chords)
     path = quintic_hermite(u, poses[:, :3, 3], speeds, accelerations)
     spins, spin_ups = _rates_at_knots(widths, turns)
-    rotations = [
-        _rotation_piece(width, turn, spins[k : k + 2], spin_ups[k : k + 2])
-        for k, (width, turn) in enumerate(zip(widths, turns, strict=True))
-    ]
-    coefficients = np.concatenate([path.coefficients, rotations], axis=2)
+    coefficients = np.concatenate([path.coefficients, _rotation_pieces(u, turns, spins, spin_ups)], axis=2)
     return Spline(poses[0], poses, u, coefficients, _ways(u, coefficients))
 
 
 def rotations(vectors: Array) -> Array:
     """Return the rotations (m, 3, 3) about vectors (m, 3) by their lengths, as `rotation_matrix` does of one."""
-    angles = np.linalg.norm(vectors, axis=1)
+    angles, cross = _angles_and_skews(vectors)
+    # sin(a) / a and (1 - cos(a)) / a^2 = 0.5 (sin(a / 2) / (a / 2))^2, which are 1 and 0.5 at 0.
+    first, second = np.sinc(angles / np.pi), 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
+    return np.eye(3) + first * cross + second * (cross @ cross)
+
+
+def left_jacobians(vectors: Array) -> Array:
+    """Return the left Jacobians (m, 3, 3) of rotations about vectors (m, 3), as `left_jacobian` does of one."""
+    angles, cross = _angles_and_skews(vectors)
+    square, safe = angles * angles, np.maximum(angles, 1e-2)
+    first = 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
+    # The difference of a small angle and its sine is of too few digits.
+    small = 1.0 / 6.0 - square / 120.0 + square**2 / 5040.0
+    second = np.where(angles < 1e-2, small, (safe - np.sin(safe)) / safe**3)
+    return np.eye(3) + first * cross + second * (cross @ cross)
+
+
+def _angles_and_skews(vectors: Array) -> tuple[Array, Array]:
+    """Return the lengths (m, 1, 1) of vectors (m, 3), and the matrices (m, 3, 3) that multiply across them."""
     x, y, z = vectors.T
     zero = np.zeros(len(vectors))
     cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    # sin(a) / a and (1 - cos(a)) / a^2 = 0.5 (sin(a / 2) / (a / 2))^2, which are 1 and 0.5 at 0.
-    first, second = np.sinc(angles / np.pi), 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
-    return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)
+    return np.linalg.norm(vectors, axis=1)[:, None, None], cross
 
 
 def _check_apart(chords: Array, turns: Array) -> None:
@@ -219,27 +231,27 @@ def _at_most(vectors: Array, greatest: Array) -> Array:
     return vectors * np.minimum(1.0, greatest / np.maximum(lengths, 1e-300))[:, None]
 
 
-def _rotation_piece(width: float, turn: Array, spins: Array, spin_ups: Array) -> Array:
-    """Return the quintic (6, 3) of the rotation vector from 0 to `turn` (3,) with angular velocity and acceleration.
+def _rotation_pieces(u: Array, turns: Array, spins: Array, spin_ups: Array) -> Array:
+    """Return the quintics (n, 6, 3) of rotation vectors from 0 to `turns` (n, 3) with given spins at both ends.
 
-    spins, spin_ups (2, 3): angular velocity and acceleration by u at both ends. With the rotation vector r, r' and
-    r'' the angular velocity is J r' and its derivative J r'' + J' r', J being the left Jacobian of the rotations.
+    spins, spin_ups (n + 1, 3): angular velocity and acceleration by u at the knots (n + 1,). With the rotation vector
+    r, r' and r'' the angular velocity is J r' and its derivative J r'' + J' r', J being the left Jacobian of the
+    rotations, which is 1 where a piece begins.
     """
-    inverse = np.linalg.inv(left_jacobian(turn))
-    end_rate = inverse @ spins[1]
+    inverses: Array = np.linalg.inv(left_jacobians(turns))
+    rates = _times(inverses, spins[1:])
     # J' along r', by differences: J is smooth, and of the order of 1.
-    step = 1e-3 / max(float(np.linalg.norm(end_rate)), 1e-9)
-    shift = step * end_rate
-    slope = (8.0 * (left_jacobian(turn + shift) - left_jacobian(turn - shift))
-             - (left_jacobian(turn + 2.0 * shift) - left_jacobian(turn - 2.0 * shift))) / (12.0 * step)  # fmt: skip
-    end_curvature = inverse @ (spin_ups[1] - slope @ end_rate)
-    piece = quintic_hermite(
-        np.array([0.0, width]),
-        np.array([np.zeros(3), turn]),
-        np.array([spins[0], end_rate]),
-        np.array([spin_ups[0], end_curvature]),
-    )
-    return piece.coefficients[0]
+    step = 1e-3 / np.maximum(np.linalg.norm(rates, axis=1, keepdims=True), 1e-9)
+    shift = step * rates
+    one, two = (left_jacobians(turns + k * shift) - left_jacobians(turns - k * shift) for k in (1.0, 2.0))
+    slopes: Array = (8.0 * one - two) / (12.0 * step[:, :, None])
+    curvatures = _times(inverses, spin_ups[1:] - _times(slopes, rates))
+    return hermite_pieces(np.diff(u)[:, None], turns, (spins[:-1], rates), (spin_ups[:-1], curvatures))
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Return the products (n, 3) of matrices (n, 3, 3) and vectors (n, 3)."""
+    return (matrices @ vectors[:, :, None])[:, :, 0]
 
 
 def _ways(u: Array, coefficients: Array) -> Array:
@@ -247,13 +259,7 @@ def _ways(u: Array, coefficients: Array) -> Array:
     marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(u)])
     marks = np.append(marks, 1.0)
     values, rates = PiecewisePolynomial(u, coefficients).states(0.5 * (marks[:-1] + marks[1:]), 1)
-    turn, rate = values[:, 3:], rates[:, 3:]
-    # The angular velocity is the left Jacobian's (`left_jacobian`), for all at once; at no turn it is the rate.
-    angle = np.maximum(np.linalg.norm(turn, axis=1, keepdims=True), 1e-4)
-    across = np.cross(turn, rate)
-    spin = (
-        rate + (1.0 - np.cos(angle)) / angle**2 * across + (angle - np.sin(angle)) / angle**3 * np.cross(turn, across)
-    )
+    spin = _times(left_jacobians(values[:, 3:]), rates[:, 3:])
     speeds = np.stack([np.linalg.norm(rates[:, :3], axis=1), np.linalg.norm(spin, axis=1)], axis=1)
     done = np.cumsum(speeds * np.diff(marks)[:, None], axis=0)
     return np.column_stack([marks, np.concatenate([np.zeros((1, 2)), done])])

@@ -15,9 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, SerialChain
-from virtualrobot_sdk.poses import inverse
-from virtualrobot_sdk.reference import chain_frames
 
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.node_pairs import names_of
@@ -27,12 +24,11 @@ from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
-from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.paths.carriers import carriers_of, limits_with
 from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.paths.find import Site
-from virtualrobot_kernel.paths.held import HeldPath
+from virtualrobot_kernel.paths.led_path import LedPath
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.paths.tool_grid import Ladder
 from virtualrobot_kernel.paths.tool_query import ToolPathQuery
@@ -64,30 +60,7 @@ WIDEST = 4
 OWN, HELD = slice(6), slice(6, None)
 """Free values that are the tool's, and those that are joints'."""
 
-_ANY = InverseOptions()
 _RETRIED = Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE, Reason.COLLISION
-
-
-class ChainKinematics:
-    """Kinematics of a serial chain in plain NumPy; the follower has its own for all but what it tells of refusals."""
-
-    def __init__(self, chain: SerialChain) -> None:
-        """Take a chain."""
-        self.chain = chain
-
-    def forward(self, q: Floats) -> Floats:
-        """Return the poses (n + 1, 4, 4) of joints and tip at q (k,)."""
-        return chain_frames(self.chain, q)
-
-    def jacobian(self, q: Floats) -> Floats:
-        """Return the Jacobian (6, k) of the tip at q (k,) in the base frame; those that slide as if they turned."""
-        frames = chain_frames(self.chain, q)
-        axes = np.einsum("nij,nj->ni", frames[:-1, :3, :3], self.chain.axis)
-        return np.concatenate([np.cross(axes, frames[-1, :3, 3] - frames[:-1, :3, 3]).T, axes.T])
-
-    def inverse(self, base_t_tip: Floats, options: InverseOptions = _ANY) -> InverseResult:
-        """Fail: a path leads from posture to posture."""
-        raise AssertionError("the path leads from posture to posture")
 
 
 def find_tool_path(site: Site, query: ToolPathQuery) -> dict[str, Any]:
@@ -111,7 +84,6 @@ class _Search:
         node = snapshot.structure.node(query.robot, Kind.ROBOT)
         chain = arm_of(snapshot, node, query.group).serial()
         self._limits = limits_with(joint_limits(snapshot, node, query.joint_names)[0], query.externals)
-        self._tcp = TcpKinematics(ChainKinematics(chain), query.tip_t_tcp)
         self._arm = led_arm(chain, carriers_of(snapshot, query.base, query.reference, query.externals))
         self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
         self._rate = query.velocity / self._frames.length
@@ -217,11 +189,8 @@ class _Search:
         """Return the motion along the path with free values (f,); raise KernelError with the fraction."""
         own, held = (PiecewisePolynomial(freedoms.breaks, freedoms.coefficients[:, :, one]) for one in (OWN, HELD))
         path = FreePath(self._frames.pose(0.0), self._frames, own)
-        branch = int(way[0, 1])
-        if not self._arm.free:
-            followed = joint_path(self._tcp, path, self._start(path, branch, joints[0]), self._limits)
-        else:
-            followed = HeldPath(self._arm, self._tcp, path, held, branch, self._places).joints(joints[0], self._limits)
+        led = LedPath(self._arm, self._query.tip_t_tcp, path, held, int(way[0, 1]), self._places)
+        followed = led.joints(joints[0], self._limits)
         law = self._law(followed)
         times, positions, velocities = _rows(followed, law)
         timed = smooth_path(times, positions, velocities)
@@ -237,19 +206,6 @@ class _Search:
             "duration": law.end,
             "trajectory": (times, positions, velocities),
         }
-
-    def _start(self, path: FreePath, branch: int, near: Floats) -> Floats:
-        """Return the posture (k,) at the start of a path, of a branch, with the turns of a posture near it."""
-        tip = path.pose(0.0) @ inverse(self._tcp.tip_t_tcp)
-        found = self._arm.postures(tip[None], np.zeros((1, 0)))[0][0, branch]
-        if np.isnan(found).any():
-            raise self._places.error(0.0, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
-        found = found + 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))
-        for _ in range(4):
-            # A model file's rounding, which the closed form does without.
-            off = path.deviation(0.0, self._tcp.pose(found))
-            found = found + np.linalg.lstsq(self._tcp.jacobian(found), off, rcond=1e-9)[0]
-        return found
 
     def _ramp(self, acceleration: float) -> PiecewisePolynomial:
         """Return the law with an acceleration in m/s²; raise LimitError where it never has the speed."""

@@ -11,7 +11,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.line import line_between
-from virtualrobot_kernel.motion.spline import MOST_GOALS, Spline, spline
+from virtualrobot_kernel.motion.spline import MOST_GOALS, Spline, left_jacobians, spline
+from virtualrobot_sdk.poses import left_jacobian
 
 X, Y, Z = np.eye(3)
 
@@ -196,3 +197,10 @@ def test_what_makes_no_spline_is_refused_by_name(rng: np.random.Generator) -> No
     for bad in (np.full((4, 4), np.nan), 2.0 * np.eye(4), np.eye(3)):
         with pytest.raises(KernelError, match=re.escape("goals[1] of a spline must be")):
             spline(poses[0], [poses[1], bad])
+
+
+def test_left_jacobians_of_many_turns_are_those_of_one(rng: np.random.Generator) -> None:
+    sizes = np.concatenate([[0.0, 1e-9, 9.99e-3, 1.01e-2, pi], rng.uniform(0.0, tau, 20)])
+    directions = rng.normal(size=(len(sizes), 3))
+    turns = sizes[:, None] * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    np.testing.assert_allclose(left_jacobians(turns), [left_jacobian(turn) for turn in turns], atol=1e-12)

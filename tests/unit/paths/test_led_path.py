@@ -7,11 +7,10 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.free_path import FreePath, frame_path, frame_t_tool, frame_t_tools, within_hull
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.spline import rotations, spline
 from virtualrobot_kernel.paths.carriers import carriers_of, externals_of
 from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
-from virtualrobot_kernel.paths.held import HeldPath
+from virtualrobot_kernel.paths.led_path import LedPath
 from virtualrobot_kernel.paths.tool_grid import (
     FEWEST_RUNGS,
     freedom_of,
@@ -21,7 +20,6 @@ from virtualrobot_kernel.paths.tool_grid import (
     smoothed,
     turned_within,
 )
-from virtualrobot_kernel.paths.tool_path import ChainKinematics
 from virtualrobot_kernel.paths.tool_query import Tolerances
 from virtualrobot_kernel.paths.tool_reasons import Places
 from virtualrobot_kernel.planning.robots import standing_at
@@ -154,7 +152,7 @@ def test_a_tool_stays_on_a_path_that_a_table_carries() -> None:
     assert ends[0] == pytest.approx(0.0, abs=0.05) and ends[1] == pytest.approx(0.4, abs=0.05)
 
 
-def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath, HeldPath, JointLimits]:
+def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath, LedPath, JointLimits]:
     """Return a path of a tool from POSTURE, on a bend of 0.2 m, whose joint that is held goes over values."""
     rows = held.reshape(len(held), -1)
     begin = inverse(arm.base_t_reference(rows[0])) @ tip_pose(arm.chain, POSTURE) @ TOOL
@@ -177,8 +175,7 @@ def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath
     ends = np.full(len(arm.turns), limits)
     names = ("a", "b", "c", "d", "e", "f", "g", "h")[: len(ends)]
     kept = JointLimits(names=names, lower=-ends, upper=ends, velocity=ends, acceleration=ends, jerk=ends)
-    tcp = TcpKinematics(ChainKinematics(arm.chain), TOOL)
-    return free, HeldPath(arm, tcp, free, within_hull(rungs, values), branch, Places("arm", path, rungs)), kept
+    return free, LedPath(arm, TOOL, free, within_hull(rungs, values), branch, Places("arm", path, rungs)), kept
 
 
 @pytest.mark.parametrize("held", [[0.3, 0.3], [0.3, 0.5, 0.1]], ids=["stands", "moves"])

@@ -1,7 +1,7 @@
-"""Joint path along a tool path where some joints go by functions of their own: one of seven, a rail, a positioner.
+"""Joint path along a tool path: six joints by a closed form, others by functions of their own, such as a rail's.
 
-The six others are known in closed form at each place, so that they are not followed but looked up: on the branch that
-the ladder has chosen, at knots that come nearer until the pieces between them are on the path.
+The six are known at each place, so that they are not followed but looked up: on the branch that the ladder has chosen,
+at knots that come nearer until the pieces between them are on the path.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from virtualrobot_kernel.motion.free_path import FreePath
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
-from virtualrobot_kernel.motion.resolved_rate import DEVIATION, TcpKinematics
+from virtualrobot_kernel.motion.resolved_rate import DEVIATION
 from virtualrobot_kernel.paths.closed_forms import LedArm
 from virtualrobot_kernel.paths.tool_reasons import Places
 
@@ -31,20 +31,21 @@ DIFFERENCE = 1e-4
 """Half the difference of two parameters by which derivatives are told; by 1e-4 of themselves at the most."""
 NARROWEST = 1e-6
 """Distance of two knots below which the path is lost: postures jump there."""
-CORRECTIONS = 2
-"""Number of Newton steps that take a model file's rounding off, which the closed form does without."""
+CORRECTIONS, CLOSED = 2, 1e-12
+"""Number of Newton steps that take a model file's rounding off, which the closed form does without; and how near the
+path (m, rad) none is needed."""
 
 
-class HeldPath:
+class LedPath:
     """Path of the joints of an arm along a path of its tool, with a function for those that are free."""
 
     def __init__(
-        self, arm: LedArm, tcp: TcpKinematics, path: FreePath, held: PiecewisePolynomial, branch: int, places: Places
+        self, arm: LedArm, tip_t_tcp: Floats, path: FreePath, held: PiecewisePolynomial, branch: int, places: Places
     ) -> None:
-        """Take an arm, the values `held` (f,) of what is free by the path's parameter, and a branch."""
-        self._arm, self._tcp, self._path, self._held = arm, tcp, path, held
+        """Take an arm, its tool centre point, the values `held` (f,) of what is free by u, and a branch."""
+        self._arm, self._path, self._held = arm, path, held
         self._branch, self._places = branch, places
-        self._tcp_t_tip = inverse(tcp.tip_t_tcp)
+        self._tip_t_tcp, self._tcp_t_tip = tip_t_tcp, inverse(tip_t_tcp)
 
     def joints(self, start: Floats, limits: JointLimits) -> PiecewisePolynomial:
         """Return q(u) from a posture (k,) that is near the start; raises KernelError with the place."""
@@ -96,11 +97,13 @@ class HeldPath:
         own = len(chain.joint_names)
         for _ in range(CORRECTIONS):
             frames = chain_frames(chain, q[:, :own])
-            tcp = frames[:, -1] @ self._tcp.tip_t_tcp
+            tcp = frames[:, -1] @ self._tip_t_tcp
+            off = np.concatenate([wanted[:, :3, 3] - tcp[:, :3, 3], _small_turns(wanted, tcp)], axis=1)
+            if np.abs(off).max(initial=0.0) < CLOSED:
+                break
             axes = np.einsum("mnij,nj->mni", frames[:, :-1, :3, :3], chain.axis)[:, arm.solved]
             levers = tcp[:, None, :3, 3] - frames[:, :, :3, 3][:, arm.solved]
             jacobian = np.concatenate([np.cross(axes, levers), axes], axis=2).transpose(0, 2, 1)
-            off = np.concatenate([wanted[:, :3, 3] - tcp[:, :3, 3], _small_turns(wanted, tcp)], axis=1)
             q[:, arm.solved] += np.einsum("mij,mj->mi", np.linalg.pinv(jacobian, rcond=1e-9), off)
         return q
 
