@@ -98,8 +98,9 @@ def _sample(
     y = (1.0 - (v - math.floor(v))) * height - 0.5
     left, top = math.floor(x), math.floor(y)
     a, b = x - left, y - top
-    column, row = int(left) % width, int(top) % height
-    after, below = (column + 1) % width, (row + 1) % height
+    # Divisions would take longer than all else: what is no number, too, is in the texture so.
+    column, row = int(left) if left >= 0.0 else width - 1, int(top) if top >= 0.0 else height - 1
+    after, below = column + 1 if column + 1 < width else 0, row + 1 if row + 1 < height else 0
     red, green, blue, opacity = 0.0, 0.0, 0.0, 0.0
     for k in range(4):
         place = first + (below if k >= 2 else row) * width + (after if k % 2 else column)
