@@ -25,7 +25,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath, turn_between
 from virtualrobot_kernel.motion.path import hermite_pieces, quintic_hermite, solve_tridiagonal
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.pose_check import check_pose
+from virtualrobot_kernel.motion.pose_check import check_poses
 
 #: The most goals of a spline.
 MOST_GOALS = 1000
@@ -135,8 +135,7 @@ def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
     """
     if not 0 < len(base_t_goals) <= MOST_GOALS:
         raise KernelError(f"a spline has 1 to {MOST_GOALS} goals, not {len(base_t_goals)}", goals=len(base_t_goals))
-    for number, goal in enumerate(base_t_goals):
-        check_pose(goal, f"goals[{number}] of a spline")
+    check_poses(base_t_goals, "goals[{}] of a spline")
     poses = np.array([base_t_start, *base_t_goals], dtype=np.float64)
     turns = np.array([turn_between(one, other) for one, other in pairwise(poses)])
     chords = np.diff(poses[:, :3, 3], axis=0)
@@ -238,7 +237,7 @@ def _rotation_pieces(u: Array, turns: Array, spins: Array, spin_ups: Array) -> A
     r, r' and r'' the angular velocity is J r' and its derivative J r'' + J' r', J being the left Jacobian of the
     rotations, which is 1 where a piece begins.
     """
-    inverses: Array = np.linalg.inv(left_jacobians(turns))
+    inverses = np.asarray(np.linalg.inv(left_jacobians(turns)), np.float64)
     rates = _times(inverses, spins[1:])
     # J' along r', by differences: J is smooth, and of the order of 1.
     step = 1e-3 / np.maximum(np.linalg.norm(rates, axis=1, keepdims=True), 1e-9)

@@ -11,7 +11,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.free_path import AXES
-from virtualrobot_kernel.motion.pose_check import check_pose
+from virtualrobot_kernel.motion.pose_check import check_poses
 from virtualrobot_kernel.motion.spline import MOST_GOALS, SAME
 from virtualrobot_kernel.paths.carriers import External, externals_of
 from virtualrobot_kernel.paths.closed_forms import led_arm
@@ -155,8 +155,7 @@ def _check_frames(frames: Floats) -> None:
     most = MOST_GOALS + 1
     if not 2 <= len(frames) <= most:
         raise KernelError(f"a tool path has 2 to {most:,} frames, not {len(frames)}", field="path.frames")
-    for number, frame in enumerate(frames):
-        check_pose(frame, f"frames[{number}]")
+    check_poses(frames, "frames[{}]")
     steps = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1)
     for number in np.flatnonzero(steps < SAME).tolist():
         raise KernelError(
