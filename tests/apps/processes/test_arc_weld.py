@@ -169,6 +169,7 @@ def test_the_mesh_of_a_part_is_in_its_own_frame(steps: Client) -> None:
 
 def test_what_can_not_be_welded_is_told_with_its_line(steps: Client, tmp_path: Path) -> None:
     cell(steps)
+    steps.signals.create("current", 0.0)
     for old, new, error, words in (
         (
             "near: [-0.05, 0, 0.01], ",
@@ -177,9 +178,16 @@ def test_what_can_not_be_welded_is_told_with_its_line(steps: Client, tmp_path: P
             r"5: seams\[0\]: 'plate' has 4 concave edges: say by `near",
         ),
         ("part: plate", "part: nothing", virtualrobot.UnknownNameError, "5: seam 1: .*nothing"),
-        ("robot: arm", "robot: leg", virtualrobot.UnknownNameError, "leg"),
+        ("robot: arm", "robot: leg", virtualrobot.UnknownNameError, "3: robot: .*leg"),
         ("speed: 0.02", "speed: 5", virtualrobot.LimitError, "5: seam 1: "),
-        ("signal: arc", "signal: arch", virtualrobot.UnknownNameError, "arch"),
+        (
+            "signal: arc",
+            "signal: arch",
+            MalformedFileError,
+            "9: arc.signal: there is no signal 'arch'; did you mean 'arc'",
+        ),
+        ("signal: arc", "signal: arc, value: 5", MalformedFileError, "'arc' is true or false, .* leave `value` out"),
+        ("signal: arc", "signal: current", MalformedFileError, "'current' is a number, .* say its `value`"),
     ):
         with pytest.raises(error, match=words):
             plan_file(steps, written(tmp_path, WELD.replace(old, new))).program.check()

@@ -68,14 +68,14 @@ def test_all_of_a_file_is_read() -> None:
         {"rotation_x": np.radians(5.0), "rotation_y": np.radians(10.0), "rotation_z": np.radians(20.0)}
     )
     assert weld.weave == (0.004, 0.006, "triangle") and weld.passes == ((0.0, 0.0), (0.003, 0.003))
-    assert weld.arc == Switch("arc", True, 0.2, 0.3)
+    assert weld.switch == Switch("arc", True, 0.2, 0.3)
     assert (torch.density.chord, torch.density.step) == (5e-5, 0.004)
     edge, other, picked, _ = torch.sources
     assert edge.parts == ("plate",) and edge.reverse and edge.trim == (0.01, 0.02) and edge.near is not None
     assert other.parts == ("plate", "wall") and picked.near is None
     plain = read(SHORT)
     assert plain.torch.tolerance == {"rotation_z": "free"} and plain.weave is None and plain.passes == ((0.0, 0.0),)
-    assert plain.torch.work is None and plain.arc.signal is None
+    assert plain.torch.work is None and plain.switch.signal is None
 
 
 def test_the_seam_is_the_edge_that_was_meant() -> None:

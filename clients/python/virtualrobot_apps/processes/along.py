@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from virtualrobot import Client
+from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
-from virtualrobot_apps.processes.leading import Leading, Led, Process, lead, wanted
+from virtualrobot_apps.processes.leading import Leading, Led, Process, at_line, lead, wanted
 from virtualrobot_apps.processes.looking import look_along
 from virtualrobot_apps.processes.process import Look, PlannedProcess
 
@@ -32,12 +33,23 @@ class AlongWays(Generic[Work]):
 
     def __call__(self, client: Client, item: Item) -> PlannedProcess:
         """Return the plan in the cell as it is; raises what `lead` raises."""
-        work = self.read(client, item)
+        work = self._read_here(client, item)
         led = lead(client, self.leading(work), work)
         return led.with_measures(*self.told(client, work, led))
 
     def look(self, client: Client, item: Item) -> tuple[Look, ...]:
         """Return where the tool gets to on each way, in the cell as it is; raises what `lead` raises for the ways."""
-        work = self.read(client, item)
+        work = self._read_here(client, item)
         leading = self.leading(work)
         return look_along(client, leading, list(wanted(client, leading, work)))
+
+    def _read_here(self, client: Client, item: Item) -> Work:
+        """Return what a file says; raise MalformedFileError, too, for a robot or signal that the cell lacks."""
+        work = self.read(client, item)
+        named = item.mapping()["robot"]
+        try:
+            client.robot(named.text())
+        except VirtualRobotError as error:
+            raise at_line(named, "robot", error) from None
+        work.switch.check(client.signals)
+        return work

@@ -25,13 +25,13 @@ class ArcWeld:
         torch: how the torch is led along the seams.
         weave: width, length and shape; None without.
         passes: offsets (across, away) of each pass.
-        arc: the signal that is true while the arc burns, at the end until the crater is filled.
+        switch: the signal that is true while the arc burns, at the end until the crater is filled.
     """
 
     torch: Leading
     weave: tuple[float, float, str] | None = None
     passes: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
-    arc: Switch = field(default_factory=Switch)
+    switch: Switch = field(default_factory=Switch)
     what: str = "seam"
 
     def frames(self, way: Way) -> tuple[Floats, float]:
@@ -59,7 +59,7 @@ class ArcWeld:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a seam to a program, with the arc, and return how long that burns (s)."""
-        return self.arc.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_weld(item: Item) -> ArcWeld:
@@ -70,7 +70,7 @@ def read_weld(item: Item) -> ArcWeld:
         given = fields["weave"].fields(("width", "length", "shape"), ("width", "length"))
         shape = given["shape"].one_of(tuple(WAVES)) if "shape" in given else "sine"
         found["weave"] = (given["width"].number(1e-6, 0.1), given["length"].number(1e-6, 1.0), shape)
-    found["arc"] = read_switch(fields.get("arc"))
+    found["switch"] = read_switch(fields.get("arc"))
     if "passes" in fields:
         found["passes"] = tuple(_pass(one) for one in fields["passes"].items())
         if not found["passes"]:

@@ -24,14 +24,14 @@ class Cut:
 
     Attributes:
         head: how it is led.
-        beam: its signal; it stands at the beginning until the beam is through.
+        switch: its signal; it stands at the beginning until the beam is through.
         kerf: the width (m) of what the beam takes away.
         side: of the way that the kerf is on, one of `SIDES`.
         thickness: of what is cut (m); 0 where it is not told.
     """
 
     head: Leading
-    beam: Switch
+    switch: Switch
     kerf: float = 0.0
     side: str = "middle"
     thickness: float = 0.0
@@ -44,7 +44,7 @@ class Cut:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a cut to a program, with the beam, and return how long that is on (s)."""
-        return self.beam.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_cut(item: Item) -> Cut:

@@ -40,12 +40,12 @@ class Dispense:
     Attributes:
         gun: how it is led along the ways.
         bead: what is laid.
-        valve: the signal that opens it.
+        switch: the signal that opens it.
     """
 
     gun: Leading
     bead: Bead
-    valve: Switch
+    switch: Switch
     what: str = "bead"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -61,7 +61,7 @@ class Dispense:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a bead to a program, and return how long the valve is open (s)."""
-        return self.valve.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_dispense(item: Item) -> Dispense:

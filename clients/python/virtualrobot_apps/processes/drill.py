@@ -21,12 +21,12 @@ class Drill:
 
     Attributes:
         drill: how it is led.
-        spindle: the signal that turns it.
+        switch: the signal that turns it.
         solid: its size, by which chips are told; None: they are not.
     """
 
     drill: Leading
-    spindle: Switch
+    switch: Switch
     solid: Cutter | None = None
     what: str = "hole"
 
@@ -36,7 +36,7 @@ class Drill:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a way into a hole to a program, with the spindle, which turns on; return how long that takes (s)."""
-        return self.spindle.on_along(program, path, name)
+        return self.switch.on_along(program, path, name)
 
 
 def read_drill(item: Item) -> Drill:
@@ -68,7 +68,7 @@ def read_drill(item: Item) -> Drill:
 
 
 def _told(client: Client, work: Drill, led: Led) -> tuple[str, ...]:
-    work.spindle.off(led.program)
+    work.switch.off(led.program)
     ways = f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s"
     return (*measures(client, led, work.solid), ways)
 

@@ -21,14 +21,14 @@ class Grind:
 
     Attributes:
         tool: how it is led; its standoff is how far the spring is pressed in, below 0.
-        motor: the signal of its motor.
+        switch: the signal of its motor.
         strokes: how often each way is gone, every other time back.
         swing: width and length of waves from side to side; None without.
         force: of the spring (N); None where its stiffness is not told.
     """
 
     tool: Leading
-    motor: Switch
+    switch: Switch
     strokes: int = 1
     swing: tuple[float, float] | None = None
     force: float | None = None
@@ -46,7 +46,7 @@ class Grind:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a stroke to a program, with the motor, and return how long that runs (s)."""
-        return self.motor.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_grind(item: Item) -> Grind:

@@ -18,6 +18,7 @@ from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.source import Density, Source, cell_of, read_source, vector, ways_of
 from virtualrobot_apps.processes.sources.corners import looped, parted, rounded
 from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames, tool_frames
+from virtualrobot_apps.processes.switching import Switch
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
@@ -135,6 +136,11 @@ class Process(Protocol):
     @property
     def what(self) -> str:
         """The name of a way, such as `seam`."""
+        ...
+
+    @property
+    def switch(self) -> Switch:
+        """The signal of its tool."""
         ...
 
     def stretches(self, way: Way, name: str) -> Iterable[tuple[str, Way, Floats, float]]:
@@ -270,7 +276,7 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
                 here = behind
                 measures.append(_measure(name, one.way.length if name == one.name else path.length, path))
         except VirtualRobotError as error:
-            raise _at(one.source.item, name, error) from None
+            raise at_line(one.source.item, name, error) from None
     return Led(program, tuple(measures), working, tuple(gone))
 
 
@@ -287,7 +293,7 @@ def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wante
                 for told, there, frames, speed in process.stretches(way, name):
                     yield Wanted(source, told, there, frames, speed)
         except VirtualRobotError as error:
-            raise _at(source.item, name, error) from None
+            raise at_line(source.item, name, error) from None
 
 
 def _paths(client: Client, leading: Leading, one: Wanted) -> list[tuple[str, ToolPath]]:
@@ -358,7 +364,7 @@ def _straight(client: Client, robot: Robot, joints: dict[str, float], leading: L
     return robot.linear(np.linalg.inv(world_t_robot) @ robot.solve_forward(joints).world_t_tcp, reference=robot.name)
 
 
-def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
+def at_line(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
     """Return an error with the place of the source in the file before it."""
     if error.metadata.get("file") == item.file:
         return error

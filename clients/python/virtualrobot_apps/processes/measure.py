@@ -39,7 +39,7 @@ class Measure:
         node: what is touched.
         radius: of the ball.
         search: how far beyond a point of the model the part is looked for.
-        touch: the signal that the probe gives where it touches.
+        switch: the signal that the probe gives where it touches.
         client: of the cell, where rays tell where the part is; None until it is planned.
         touched: what was found so far.
     """
@@ -48,7 +48,7 @@ class Measure:
     node: str
     radius: float
     search: float
-    touch: Switch
+    switch: Switch
     client: Client | None = None
     touched: Touched = field(default_factory=Touched)
     what: str = "point"
@@ -66,10 +66,10 @@ class Measure:
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a point to a program, with the probe's signal there, and return how long that takes (s)."""
         program.call(path.program, name)
-        self.touch.on(program)
-        self.touch.stand(program, self.touch.end_seconds)
-        self.touch.off(program)
-        return path.duration + self.touch.start_seconds + self.touch.end_seconds
+        self.switch.on(program)
+        self.switch.stand(program, self.switch.end_seconds)
+        self.switch.off(program)
+        return path.duration + self.switch.start_seconds + self.switch.end_seconds
 
     def _found(self, start: Floats, model: Floats, normal: Floats) -> float:
         """Return by how much the part is beyond the model, along the normal, on a line from the start."""

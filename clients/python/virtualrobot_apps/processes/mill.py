@@ -26,13 +26,13 @@ class Mill:
     Attributes:
         cutter: how it is led; its speed is the fastest that it goes.
         feeds: the feed (m/s) of each cut, in their order: the least that the G-code gives on it.
-        spindle: the signal that turns it.
+        switch: the signal that turns it.
         solid: its size, by which chips are told; None: they are not.
     """
 
     cutter: Leading
     feeds: Iterator[float]
-    spindle: Switch
+    switch: Switch
     solid: Cutter | None = None
     what: str = "cut"
 
@@ -44,7 +44,7 @@ class Mill:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a cut to a program, with the spindle, which turns on; return how long that takes (s)."""
-        return self.spindle.on_along(program, path, name)
+        return self.switch.on_along(program, path, name)
 
 
 def read_mill(item: Item) -> Mill:
@@ -77,7 +77,7 @@ def read_mill(item: Item) -> Mill:
 
 
 def _told(client: Client, work: Mill, led: Led) -> tuple[str, ...]:
-    work.spindle.off(led.program)
+    work.switch.off(led.program)
     return (*measures(client, led, work.solid), f"cutting for {led.seconds:.2f} s")
 
 

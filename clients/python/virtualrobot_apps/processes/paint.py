@@ -33,12 +33,12 @@ class Paint:
     Attributes:
         gun: how it is led; its standoff is the jet's.
         jet: what leaves it.
-        trigger: the signal that opens it.
+        switch: the signal that opens it.
     """
 
     gun: Leading
     jet: Jet
-    trigger: Switch
+    switch: Switch
     what: str = "pass"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -47,7 +47,7 @@ class Paint:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a pass to a program, with the trigger, and return how long that is pulled (s)."""
-        return self.trigger.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_paint(item: Item) -> Paint:
@@ -77,7 +77,7 @@ def _told(client: Client, work: Paint, led: Led) -> tuple[str, ...]:
 
 def films(client: Client, work: Paint, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
     """Yield the film on each of the parts that were painted, without what the passes over others leave there."""
-    jet, trigger = work.jet, work.trigger
+    jet, trigger = work.jet, work.switch
     for parts, stretches in led.by_parts().items():
         mesh = part_mesh(client, parts)
         longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)

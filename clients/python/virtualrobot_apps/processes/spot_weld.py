@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from virtualrobot import Client, Program, ToolPath
 
@@ -11,6 +11,7 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
+from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,13 +20,11 @@ class SpotWeld:
 
     Attributes:
         tongs: how they are led.
-        signal: the signal that closes them and welds; None without.
-        seconds: how long that takes.
+        switch: the signal that closes them and welds, and how long that takes.
     """
 
     tongs: Leading
-    signal: str | None
-    seconds: float
+    switch: Switch
     what: str = "spot"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -35,12 +34,9 @@ class SpotWeld:
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a spot and the weld to a program, and return how long that takes (s)."""
         program.call(path.program, name)
-        if self.signal is not None:
-            program.set(self.signal, True)
-        program.dwell(self.seconds)
-        if self.signal is not None:
-            program.set(self.signal, False)
-        return self.seconds
+        self.switch.on(program)
+        self.switch.off(program)
+        return self.switch.start_seconds
 
 
 def read_spot_weld(item: Item) -> SpotWeld:
@@ -53,8 +49,8 @@ def read_spot_weld(item: Item) -> SpotWeld:
         if "spots" not in one.mapping():
             raise one.error("give `spots` with points and normal, or targets")
     weld = fields["weld"].fields(("signal", "seconds"), ("seconds",))
-    signal = weld["signal"].text() if "signal" in weld else None
-    return SpotWeld(tongs, signal, weld["seconds"].number(0.001, 60.0))
+    seconds = weld["seconds"].number(0.001, 60.0)
+    return SpotWeld(tongs, replace(read_switch(weld.get("signal")), start_seconds=seconds))
 
 
 def _told(_: Client, work: SpotWeld, led: Led) -> tuple[str, ...]:

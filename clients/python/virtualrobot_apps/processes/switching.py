@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from virtualrobot import Program, ToolPath
 
-from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.cell_io.yaml_file import Item, nearest
 
 LONGEST = 60.0
 """Longest time (s) that a tool stands at an end."""
@@ -21,12 +22,34 @@ class Switch:
         value: what it has along the way: true, or a number; before and after it is false, or 0.
         start_seconds: how long the tool stands at the beginning with it on.
         end_seconds: how long it does so at the end.
+        item: where a file says so.
     """
 
     signal: str | None = None
     value: bool | float = True
     start_seconds: float = 0.0
     end_seconds: float = 0.0
+    item: Item | None = field(default=None, compare=False, repr=False)
+
+    def check(self, signals: Mapping[str, object]) -> None:
+        """Raise MalformedFileError, with its line, where a cell's signals have none of this name that takes the value.
+
+        signals: their values, by name.
+        """
+        if self.signal is None or self.item is None:
+            return
+        if self.signal not in signals:
+            known = ", ".join(sorted(signals)) or "none"
+            raise self.item.error(
+                f"there is no signal {self.signal!r}{nearest(self.signal, signals)} the cell has {known}; "
+                f"`virtualrobot signal --create {self.signal}` makes one"
+            )
+        has, is_switched = signals[self.signal], self.value is True
+        if isinstance(has, bool) != is_switched or not isinstance(has, bool | int | float):
+            kind = {bool: "true or false", int: "a number", float: "a number"}.get(type(has), "something else")
+            right = "say its `value` on the way" if is_switched else "leave `value` out"
+            wanted = "true or false" if is_switched else "a number"
+            raise self.item.error(f"the signal {self.signal!r} is {kind}, and would be given {wanted}: {right}")
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a tool path to a program, with the signal, and return how long that is on (s)."""
@@ -63,8 +86,8 @@ def read_switch(item: Item | None) -> Switch:
     if item is None:
         return Switch()
     if not item.is_mapping:
-        return Switch(item.text())
+        return Switch(item.text(), item=item)
     fields = item.fields(("signal", "value", "start_seconds", "end_seconds"), ("signal",))
     value = fields["value"].number() if "value" in fields else True
     times = {name: fields[name].number(0.0, LONGEST) for name in ("start_seconds", "end_seconds") if name in fields}
-    return Switch(fields["signal"].text(), value, **times)
+    return Switch(fields["signal"].text(), value, **times, item=fields["signal"])

@@ -92,6 +92,7 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     Raises MalformedFileError for what the file says wrong, and UnknownNameError for a robot that there is not.
     """
     work = read_tend(item)
+    work.machine.running.check(client.signals)
     robot, program = client.robot(work.grip.robot), client.program()
     home = robot.ptp(dict(zip(robot.joint_names, robot.positions.tolist(), strict=True)))
     chuck_t_part = pose(*work.machine.at.tolist())

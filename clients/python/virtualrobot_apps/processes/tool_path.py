@@ -20,11 +20,11 @@ class Follow:
 
     Attributes:
         tool: how it is led.
-        signal: the signal that is true along each way.
+        switch: the signal that is true along each way.
     """
 
     tool: Leading
-    signal: Switch = field(default_factory=Switch)
+    switch: Switch = field(default_factory=Switch)
     what: str = "way"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -33,7 +33,7 @@ class Follow:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a program, with the signal, and return how long it takes (s)."""
-        return self.signal.along(program, path, name)
+        return self.switch.along(program, path, name)
 
 
 def read_follow(item: Item) -> Follow:
