@@ -188,6 +188,7 @@ class Kernel:
             touching=lambda: self._monitor.latest.touching,
             clearances=self._clearances,
             twins=lambda snapshot: twin_ghosts(snapshot, self._links.measured(snapshot)),
+            coats=self._sensing.looks.coats.get,
             replay=self.world if isinstance(self.world, PastWorld) else None,
         )
         viewer.start()

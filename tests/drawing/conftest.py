@@ -20,6 +20,7 @@ from virtualrobot_kernel.collision.report import Touch
 from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
+from virtualrobot_kernel.sensing.coats import Coats
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.commands import ClearWorld
 
@@ -41,6 +42,7 @@ class Stage:
         self.readings: dict[int, Reading] = {}
         self.touching: tuple[Touch, ...] = ()
         self.measured: dict[int, np.ndarray] = {}
+        self.coats = Coats()
 
     def pixels(self) -> np.ndarray:
         """Return the picture as (HEIGHT, WIDTH, 3) 8-bit numbers."""
@@ -80,6 +82,7 @@ def on_stage(view: ViewStore) -> Iterator[Stage]:
         touching=lambda: shown[0].touching if shown else (),
         clearances=partial(measured, ScenePool(CollisionShapes(cell.meshes))),
         twins=lambda snapshot: twin_ghosts(snapshot, dict(shown[0].measured) if shown else {}),
+        coats=lambda: shown[0].coats.get() if shown else {},
     )
     viewer.start()
     try:

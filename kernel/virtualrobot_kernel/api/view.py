@@ -10,6 +10,7 @@ from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.capture import CaptureCalls
+from virtualrobot_kernel.api.coat import CoatCalls
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.convert.view import changed_settings, node_point, view_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
@@ -21,8 +22,8 @@ from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
 from virtualrobot_kernel.world.state import Snapshot
 
 
-class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
-    """Servicer of ViewService; its calls that take pictures are in a file of their own."""
+class ViewServicer(CaptureCalls, CoatCalls, view_pb2_grpc.ViewServiceServicer):
+    """Servicer of ViewService; its calls that take pictures, and those about coats, are in files of their own."""
 
     def __init__(self, kernel: KernelServices) -> None:
         """Serve from the kernel."""

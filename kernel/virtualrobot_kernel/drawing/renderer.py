@@ -32,6 +32,7 @@ from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_floor
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary, Appearances
+from virtualrobot_kernel.sensing.coats import Shown, with_coats
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of
 from virtualrobot_kernel.sensing.lights import NONE, Lights, lights_of
@@ -80,10 +81,11 @@ class Picked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """Cache of what is made of a world's elements, until they change; `sensed` are those without people's additions."""
+    """Cache of what is made of a world's elements and of coats, until they change; `sensed` are those of the world."""
 
     key: tuple[int, bool, tuple[int, ...], tuple[Ghost, ...]]
     sensed: Elements
+    coats: Shown
     elements: Elements
     looks: Appearances
 
@@ -191,10 +193,12 @@ class Renderer:
         before = self._last if self._last is not None and self._last.key == key else None
         unseen = frozenset((shot.sensor,) if shot.sensor else ())
         sensed = elements_of(snapshot, self._shapes, before.sensed if before else None, unseen)
-        if before is not None and before.sensed is sensed:
+        coats = self._looks.coats.get()
+        if before is not None and before.sensed is sensed and before.coats is coats:
             return before
-        shown = sensed if shot.plain else with_drawn(sensed, snapshot, settings, self._arrows, self._drawn)
-        self._last = _Seen(key, sensed, shown, self._looks.of(shown))
+        coated = with_coats(sensed, snapshot, coats, unseen)
+        shown = coated if shot.plain else with_drawn(coated, snapshot, settings, self._arrows, self._drawn)
+        self._last = _Seen(key, sensed, coats, shown, self._looks.of(shown))
         self._arrows.keep({figure.geometry for figure in shown.figures})
         return self._last
 

@@ -17,6 +17,7 @@ from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer, C
 from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.clearance_meter import ClearanceMeter
+from virtualrobot_kernel.drawing.coat_layer import CoatLayer
 from virtualrobot_kernel.drawing.ghosts import ghost_figures
 from virtualrobot_kernel.drawing.inventory import Inventory, figures_only, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
@@ -30,6 +31,7 @@ from virtualrobot_kernel.drawing.twin_ghosts import TwinGhost
 from virtualrobot_kernel.drawing.twin_layer import TwinLayer
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.work_note import WorkNote
+from virtualrobot_kernel.sensing.coats import Shown
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.past_world import PastWorld
@@ -63,6 +65,7 @@ class Viewer:
         touching: Callable[[], Touching] = tuple,
         clearances: Measure = lambda snapshot, wanted: {},
         twins: Callable[[Snapshot], tuple[TwinGhost, ...]] = lambda snapshot: (),
+        coats: Callable[[], Shown] = dict,
         replay: PastWorld | None = None,
     ) -> None:
         """Prepare a viewer; `start` opens its port.
@@ -79,6 +82,7 @@ class Viewer:
             touching: gives what the collision monitor has found last.
             clearances: measures least distances, in another thread.
             twins: gives the ghosts of robots that are commanded or measured elsewhere.
+            coats: gives the coats of nodes.
             replay: the world, if it is a replay; then the page has a panel to play it.
         """
         self._snapshot = snapshot
@@ -88,6 +92,7 @@ class Viewer:
         self._touching = touching
         self._meter = ClearanceMeter(clearances)
         self._twins = twins
+        self._coats = coats
         self._replay = replay
         self._host, self._port = host, port
         self._period = 1.0 / rate
@@ -146,6 +151,7 @@ class Viewer:
                 with server.atomic():
                     picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
                     picture.twins.draw(snapshot, self._twins(snapshot))
+                    picture.coats.draw(snapshot, self._coats())
                 if panel is not None:
                     panel.show(snapshot)
                 note.show(server.get_clients(), self._view.under_way.long())
@@ -165,6 +171,7 @@ class Picture:
 
     Attributes:
         twins: ghosts of robots that are elsewhere, too.
+        coats: what lies on nodes.
     """
 
     def __init__(self, server: viser.ViserServer, meshes: Meshes) -> None:
@@ -174,6 +181,7 @@ class Picture:
         self._batches = BatchLayer(server, self._library)
         self._ghosts = BatchLayer(server, self._library, "ghost")
         self.twins = TwinLayer(server, self._library)
+        self.coats = CoatLayer(server)
         self._annotations = AnnotationLayer(server)
         self._boxes = BoxLayer(server, self._library)
         self._measurements = MeasurementLayer(server)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import to_linear
 
+from virtualrobot_kernel.sensing.coats import CoatMesh, Coats
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.shapes.creases import shaded
@@ -113,11 +114,15 @@ class AppearanceLibrary:
     """Surfaces of meshes, kept for as long as anybody uses them; any thread may ask.
 
     Two threads that ask for the same new one at once both make it.
+
+    Attributes:
+        coats: what lies on nodes besides.
     """
 
-    def __init__(self, meshes: Meshes) -> None:
+    def __init__(self, meshes: Meshes, coats: Coats | None = None) -> None:
         """Take the triangles of meshes from `meshes`."""
         self._meshes = meshes
+        self.coats = coats or Coats()
         self._lock = threading.Lock()
         self._made: WeakValueDictionary[Mesh, Surface] = WeakValueDictionary()
         self._joined: WeakValueDictionary[frozenset[Mesh], Surfaces] = WeakValueDictionary()
@@ -161,6 +166,8 @@ class AppearanceLibrary:
             surface = self._made.get(mesh)
         if surface is not None:
             return surface
+        if isinstance(mesh, CoatMesh) and mesh.part is not None:
+            return surface_of((mesh.part,))
         try:
             return surface_of(self._meshes(mesh))
         except Exception:  # a mesh that cannot be read must not blind all cameras

@@ -1,8 +1,4 @@
-"""Overlays of sensors at work, as points, lines and pictures: pure, for whatever draws them.
-
-Colours of distances and intensities are Turbo (A. Mikhailov, Turbo, An Improved Rainbow Colormap for Visualization,
-2019), by the polynomials of R. Du that are published with it: within 32 of 255 of the table.
-"""
+"""Overlays of sensors at work, as points, lines and pictures: pure, for whatever draws them."""
 
 from __future__ import annotations
 
@@ -15,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.sensing.color_maps import turbo
 from virtualrobot_kernel.sensing.lenses import FIELD, size_of
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics, Projection
 
@@ -29,18 +26,6 @@ MISS_LENGTH = 0.3
 MISS_COLOR = (150, 155, 160)
 FRUSTUM_DEPTH = 0.3
 """Distance (m) from the eye at which the base of a camera's pyramid is shown."""
-
-_TURBO = np.array(
-    [
-        [0.13572138, 4.61539260, -42.66032258, 132.13108234, -152.94239396, 59.28637943],
-        [0.09140261, 2.19418839, 4.84296658, -14.18503333, 4.27729857, 2.82956604],
-        [0.10667330, 12.64194608, -60.58204836, 110.36276771, -89.90310912, 27.34824973],
-    ]
-)
-"""(3, 6) coefficients of red, green and blue, from the constant on."""
-_TABLE = np.rint(255.0 * np.clip(np.linspace(0.0, 1.0, 256)[:, None] ** np.arange(6) @ _TURBO.T, 0.0, 1.0))
-_TABLE = _TABLE.astype(np.uint8)
-"""(256, 3) the colours, at equal steps."""
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -116,11 +101,6 @@ class Pictures(Protocol):
     def pictures(self) -> Sequence[Any]:
         """Return the pictures, the left one first."""
         ...
-
-
-def turbo(parts: NDArray[Any]) -> Bytes:
-    """Return the colours (n, 3) of numbers (n,) from 0 (violet) to 1 (dark red); what lies outside counts as an end."""
-    return _TABLE[np.rint(255.0 * np.clip(parts, 0.0, 1.0)).astype(np.intp)]
 
 
 def scan_points(scan: Scan, color_by: PointColor, most: int = MOST_POINTS) -> tuple[Singles, Bytes]:

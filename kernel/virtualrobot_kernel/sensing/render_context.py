@@ -11,6 +11,7 @@ from virtualrobot_sdk.embree import TopScene, unavailable
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary, Appearances
+from virtualrobot_kernel.sensing.coats import Shown, with_coats
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import lights_of
@@ -22,8 +23,10 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """Cache of what is made of a world's elements, until they change."""
+    """Cache of what is made of a world's elements and of coats, until they change; `bare` are those without coats."""
 
+    bare: Elements
+    coats: Shown
     elements: Elements
     looks: Appearances
 
@@ -75,9 +78,10 @@ class RenderContext:
         return render(self._scene, subject, lens, world_t_camera, kinds)
 
     def _look(self, snapshot: Snapshot) -> _Seen:
-        before = self._seen
-        elements = elements_of(snapshot, self._shapes, before.elements if before else None, self._unseen)
-        if before is not None and before.elements is elements:
+        before, coats = self._seen, self._looks.coats.get()
+        bare = elements_of(snapshot, self._shapes, before.bare if before else None, self._unseen)
+        if before is not None and before.bare is bare and before.coats is coats:
             return before
-        self._seen = seen = _Seen(elements, self._looks.of(elements))
+        elements = with_coats(bare, snapshot, coats, self._unseen)
+        self._seen = seen = _Seen(bare, coats, elements, self._looks.of(elements))
         return seen

@@ -20,6 +20,7 @@ from collections.abc import Sequence as Sequence
 from datetime import datetime as datetime
 from numpy import float64 as float64
 from numpy.typing import NDArray as NDArray
+from numpy import uint8 as uint8
 from pathlib import Path as Path
 from typing import Any as Any
 from typing import Unpack as Unpack
@@ -159,6 +160,7 @@ from virtualrobot.streams.table import Stream as Stream
 from virtualrobot.tasks import ProgramTask as ProgramTask
 from virtualrobot.tokens import NewToken as NewToken
 from virtualrobot.tokens import TokenInfo as TokenInfo
+from virtualrobot.view.coats import CoatHandle as CoatHandle
 from virtualrobot.view.ghosts import Ghost as Ghost
 from virtualrobot.view.ghosts import Positions as Positions
 from virtualrobot.view.measuring import Measure as Measure
@@ -1790,6 +1792,12 @@ class View(Face):
         """Show a frame, x red, y green, z blue, at `pose` (`parent_t_node`); `length` is 0.1 m by default."""
     def add_label(self, text: Text, pose: PoseLike | None = ..., *, name: str | None = ..., parent: str = ...) -> Order[Node]:
         """Show words at `pose` (`parent_t_node`)."""
+    def add_coat(self, name: str, node: str, vertices: ArrayLike, faces: ArrayLike, *, low: float, high: float, unit: str = ..., title: str = ..., color_map: str = ...) -> Order[CoatHandle]:
+        """Put triangles on a node that are coloured by a quantity at each corner, in place of a coat of the same name."""
+    def watch_coats(self) -> AsyncIterator[dict[str, NDArray[uint8]]]:
+        """Yield the bytes of all coats by name, now and after changes, at most ten times a second."""
+    def remove_coats(self, names: str | Iterable[str] = ...) -> Order[None]:
+        """Take coats away; without names all."""
 
 def connect(address: str | None = ..., token: Text | None = ..., *, token_file: str | Path | None = ..., root_certificate: str | Path | None = ..., timeout: float = ..., name: str | None = ..., on_progress: OnProgress | None = ...) -> Order[Client]:
     """Connect to a kernel and return the client."""

@@ -23,6 +23,13 @@ class ImageFormat(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     IMAGE_FORMAT_PNG: _ClassVar[ImageFormat]
     IMAGE_FORMAT_JPEG: _ClassVar[ImageFormat]
     IMAGE_FORMAT_RAW: _ClassVar[ImageFormat]
+
+class ColorMap(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    COLOR_MAP_UNSPECIFIED: _ClassVar[ColorMap]
+    COLOR_MAP_VIRIDIS: _ClassVar[ColorMap]
+    COLOR_MAP_TURBO: _ClassVar[ColorMap]
+    COLOR_MAP_HEAT: _ClassVar[ColorMap]
 POINT_COLOR_UNSPECIFIED: PointColor
 POINT_COLOR_DISTANCE: PointColor
 POINT_COLOR_INTENSITY: PointColor
@@ -30,6 +37,10 @@ IMAGE_FORMAT_UNSPECIFIED: ImageFormat
 IMAGE_FORMAT_PNG: ImageFormat
 IMAGE_FORMAT_JPEG: ImageFormat
 IMAGE_FORMAT_RAW: ImageFormat
+COLOR_MAP_UNSPECIFIED: ColorMap
+COLOR_MAP_VIRIDIS: ColorMap
+COLOR_MAP_TURBO: ColorMap
+COLOR_MAP_HEAT: ColorMap
 
 class View(_message.Message):
     __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden", "clearances", "ghosts")
@@ -342,3 +353,85 @@ class MeetViewersResponse(_message.Message):
     VIEWERS_FIELD_NUMBER: _ClassVar[int]
     viewers: _containers.RepeatedCompositeFieldContainer[Viewer]
     def __init__(self, viewers: _Optional[_Iterable[_Union[Viewer, _Mapping]]] = ...) -> None: ...
+
+class Coat(_message.Message):
+    __slots__ = ("name", "node", "vertices", "faces", "values", "color_map", "low", "high", "unit", "title", "palette", "node_uid")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    VERTICES_FIELD_NUMBER: _ClassVar[int]
+    FACES_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    COLOR_MAP_FIELD_NUMBER: _ClassVar[int]
+    LOW_FIELD_NUMBER: _ClassVar[int]
+    HIGH_FIELD_NUMBER: _ClassVar[int]
+    UNIT_FIELD_NUMBER: _ClassVar[int]
+    TITLE_FIELD_NUMBER: _ClassVar[int]
+    PALETTE_FIELD_NUMBER: _ClassVar[int]
+    NODE_UID_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    node: str
+    vertices: _geometry_pb2.NumericArray
+    faces: _geometry_pb2.NumericArray
+    values: bytes
+    color_map: ColorMap
+    low: float
+    high: float
+    unit: str
+    title: str
+    palette: bytes
+    node_uid: int
+    def __init__(self, name: _Optional[str] = ..., node: _Optional[str] = ..., vertices: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., faces: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., values: _Optional[bytes] = ..., color_map: _Optional[_Union[ColorMap, str]] = ..., low: _Optional[float] = ..., high: _Optional[float] = ..., unit: _Optional[str] = ..., title: _Optional[str] = ..., palette: _Optional[bytes] = ..., node_uid: _Optional[int] = ...) -> None: ...
+
+class CoatValues(_message.Message):
+    __slots__ = ("name", "first", "values")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    first: int
+    values: bytes
+    def __init__(self, name: _Optional[str] = ..., first: _Optional[int] = ..., values: _Optional[bytes] = ...) -> None: ...
+
+class SetCoatRequest(_message.Message):
+    __slots__ = ("coat",)
+    COAT_FIELD_NUMBER: _ClassVar[int]
+    coat: Coat
+    def __init__(self, coat: _Optional[_Union[Coat, _Mapping]] = ...) -> None: ...
+
+class SetCoatResponse(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class PaintCoatRequest(_message.Message):
+    __slots__ = ("values",)
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    values: CoatValues
+    def __init__(self, values: _Optional[_Union[CoatValues, _Mapping]] = ...) -> None: ...
+
+class PaintCoatResponse(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class RemoveCoatsRequest(_message.Message):
+    __slots__ = ("names",)
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, names: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class RemoveCoatsResponse(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class WatchCoatsRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class WatchCoatsResponse(_message.Message):
+    __slots__ = ("coats", "values", "removed_names")
+    COATS_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    REMOVED_NAMES_FIELD_NUMBER: _ClassVar[int]
+    coats: _containers.RepeatedCompositeFieldContainer[Coat]
+    values: _containers.RepeatedCompositeFieldContainer[CoatValues]
+    removed_names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, coats: _Optional[_Iterable[_Union[Coat, _Mapping]]] = ..., values: _Optional[_Iterable[_Union[CoatValues, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ...) -> None: ...

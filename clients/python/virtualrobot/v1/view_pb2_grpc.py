@@ -85,6 +85,26 @@ class ViewServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.FromString,
                 _registered_method=True)
+        self.SetCoat = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/SetCoat',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.SetCoatRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.SetCoatResponse.FromString,
+                _registered_method=True)
+        self.PaintCoat = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/PaintCoat',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.PaintCoatRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.PaintCoatResponse.FromString,
+                _registered_method=True)
+        self.RemoveCoats = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/RemoveCoats',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsResponse.FromString,
+                _registered_method=True)
+        self.WatchCoats = channel.unary_stream(
+                '/virtualrobot.v1.ViewService/WatchCoats',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchCoatsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchCoatsResponse.FromString,
+                _registered_method=True)
 
 
 class ViewServiceServicer(object):
@@ -163,6 +183,36 @@ class ViewServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SetCoat(self, request, context):
+        """Puts a coat on a node, in place of one of the same name: triangles that are coloured by a value at each corner, such as
+        the film that a spray gun leaves. Pages, pictures and cameras show it; it touches nothing, and range sensors pass
+        through it. Like the view it is neither journalled nor saved; it ends with the kernel at last.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def PaintCoat(self, request, context):
+        """Gives new values to corners of a coat, as often as these change: only values are sent, to the kernel and to pages.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def RemoveCoats(self, request, context):
+        """Takes coats away.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def WatchCoats(self, request, context):
+        """All coats first, then what has changed, at most ten times a second.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_ViewServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -215,6 +265,26 @@ def add_ViewServiceServicer_to_server(servicer, server):
                     servicer.MeetViewers,
                     request_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.SerializeToString,
+            ),
+            'SetCoat': grpc.unary_unary_rpc_method_handler(
+                    servicer.SetCoat,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.SetCoatRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.SetCoatResponse.SerializeToString,
+            ),
+            'PaintCoat': grpc.unary_unary_rpc_method_handler(
+                    servicer.PaintCoat,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.PaintCoatRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.PaintCoatResponse.SerializeToString,
+            ),
+            'RemoveCoats': grpc.unary_unary_rpc_method_handler(
+                    servicer.RemoveCoats,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsResponse.SerializeToString,
+            ),
+            'WatchCoats': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchCoats,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchCoatsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchCoatsResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -488,6 +558,114 @@ class ViewService(object):
             '/virtualrobot.v1.ViewService/MeetViewers',
             virtualrobot_dot_v1_dot_view__pb2.MeetViewersRequest.SerializeToString,
             virtualrobot_dot_v1_dot_view__pb2.MeetViewersResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SetCoat(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/SetCoat',
+            virtualrobot_dot_v1_dot_view__pb2.SetCoatRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.SetCoatResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def PaintCoat(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/PaintCoat',
+            virtualrobot_dot_v1_dot_view__pb2.PaintCoatRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.PaintCoatResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def RemoveCoats(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/RemoveCoats',
+            virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.RemoveCoatsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchCoats(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/WatchCoats',
+            virtualrobot_dot_v1_dot_view__pb2.WatchCoatsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.WatchCoatsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, Text, checked
+from virtualrobot._wire.messages import several
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import WrongStateError
 from virtualrobot.scene import figures
@@ -17,8 +18,9 @@ from virtualrobot.scene.node import Node
 from virtualrobot.scene.scene import Scene
 from virtualrobot.scene.viewpoint import Viewpoint
 from virtualrobot.sensors.cameras import looking_at
-from virtualrobot.v1 import kernel_pb2
+from virtualrobot.v1 import kernel_pb2, view_pb2
 from virtualrobot.view import film, measuring, pictures
+from virtualrobot.view.coats import CoatHandle, color_map_of, set_coat, watch_coats
 from virtualrobot.view.measuring import Measure, Place
 from virtualrobot.view.pictures import Camera, Picked, Picture, Recording, Size
 from virtualrobot.view.setup import ViewSetup
@@ -296,6 +298,54 @@ class View(ViewSetup):
     ) -> Node:
         """Show words at `pose` (`parent_t_node`)."""
         return self._add("label", name, figures.label(text), pose, parent)
+
+    def add_coat(
+        self,
+        name: str,
+        node: str,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        low: float,
+        high: float,
+        unit: str = "",
+        title: str = "",
+        color_map: str = "viridis",
+    ) -> CoatHandle:
+        """Put triangles on a node that are coloured by a quantity at each corner, in place of a coat of the same name.
+
+        It is empty until it is painted. Pages, pictures and cameras show it; it touches nothing, and is neither saved
+        nor undone.
+
+        Args:
+            name: unique among the coats.
+            node: the node that it goes along with.
+            vertices: (n, 3) meters in the node's frame, best 0.2 mm out of the surface that it lies on.
+            faces: (m, 3) rows of these, counter-clockwise seen from outside.
+            low: the quantity that has the first colour.
+            high: that which has the last one.
+            unit: of the quantity, for the legend.
+            title: of the legend; by default the name.
+            color_map: `viridis`, `turbo` or `heat`.
+
+        Example:
+            >>> film = client.view.add_coat("film", "hood", vertices, faces, low=0, high=50, unit="µm")
+            >>> film.paint(thickness)
+        """
+        colors = color_map_of(color_map)
+        coat = view_pb2.Coat(name=name, node=node, color_map=colors, low=low, high=high, unit=unit, title=title)
+        return set_coat(self._services, coat, vertices, faces)
+
+    def watch_coats(self) -> Iterator[dict[str, NDArray[np.uint8]]]:
+        """Yield the bytes of all coats by name, now and after changes, at most ten times a second.
+
+        0 is where there is nothing, 1 the lowest quantity of the legend, and 255 the highest.
+        """
+        return watch_coats(self._services)
+
+    def remove_coats(self, names: str | Iterable[str] = ()) -> None:
+        """Take coats away; without names all."""
+        self._services.view.RemoveCoats(view_pb2.RemoveCoatsRequest(names=several(names)))
 
     def _add(self, kind: str, name: str | None, figure: figures.Figures, pose: PoseLike | None, parent: str) -> Node:
         return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)

@@ -5,6 +5,7 @@ import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import { MotionPhase } from "../generated/virtualrobot/v1/motion_pb";
 import type { WatchSceneResponse } from "../generated/virtualrobot/v1/scene_pb";
 import { ofArray } from "./arrays";
+import { takeCoats } from "./coats";
 import { take as takeCollisions } from "./collisions";
 import { attempt, say } from "./messages";
 import { compare } from "./served_page";
@@ -91,6 +92,7 @@ export async function watch(): Promise<void> {
     },
   );
   void follow(() => service.views.watchView({}), (said) => void (picture.value = said.view));
+  void follow(() => service.views.watchCoats({}), takeCoats);
   void follow(() => service.views.meetViewers(heads()), (said) => void (viewers.value = said.viewers));
   void follow(() => service.leases.watchLeases({}), (said) => void (world.leases.value = said.leases));
   void followSteps();

@@ -21,6 +21,7 @@ import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
 import { Devices } from "./devices";
 import { Films } from "./films";
+import { Legends } from "./legends";
 import { Loading } from "./loading";
 import { Measuring } from "./measuring";
 import { Placing } from "./placing";
@@ -46,6 +47,7 @@ export function View() {
       <Looks />
       <Robot />
       <CameraInset />
+      <Legends />
       <Cover />
       <Empty />
       <Moved />

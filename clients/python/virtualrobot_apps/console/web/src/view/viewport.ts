@@ -6,6 +6,7 @@ import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { drawAids } from "./aids";
+import { drawCoats } from "./coats";
 import { Ghost } from "./copies";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
@@ -69,6 +70,7 @@ export class Viewport {
     hearPointer(this);
     drawTraces(this);
     drawSpans(this);
+    drawCoats(this);
     drawSwept(this);
     this.#redrawAids = drawAids(this);
     this.#redrawGhosts = drawGhosts(this);
