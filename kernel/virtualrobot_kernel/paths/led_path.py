@@ -27,8 +27,9 @@ Floats = NDArray[np.float64]
 
 STEP = 0.01
 """Greatest length (m) of the path between two of the first knots."""
-DIFFERENCE = 1e-4
-"""Half the difference of two parameters by which derivatives are told; by 1e-4 of themselves at the most."""
+DIFFERENCE, SHARE = 1e-4, 0.01
+"""Half the difference of two parameters by which derivatives are told, at the most; and that in parts of the way to the
+next knot, at which what bends the path begins to change at another rate."""
 NARROWEST = 1e-6
 """Distance of two knots below which the path is lost: postures jump there."""
 CORRECTIONS, CLOSED = 2, 1e-12
@@ -57,7 +58,8 @@ class LedPath:
         marks[-1] = 1.0
         # Each one is at the turns that are nearest to the one before it.
         q = self._postures(marks, lambda found: np.unwrap(np.concatenate([start[None], found]), axis=0)[1:])
-        rates, bends = self._derivatives(marks, q)
+        ways = np.diff(marks)
+        rates, bends = self._derivatives(marks, q, np.minimum(np.append(ways, ways[-1]), np.append(ways[0], ways)))
         open_ = np.ones(len(marks) - 1, np.bool_)
         while open_.any():
             piece = quintic_hermite(marks, q, rates, bends)
@@ -72,7 +74,7 @@ class LedPath:
                 raise self._places.error(u, "postures jump there: it is in a singularity", Reason.SINGULARITY)
             open_[starts[~off]] = False
             starts, between, found = starts[off], between[off], found[off]
-            new_rates, new_bends = self._derivatives(between, found)
+            new_rates, new_bends = self._derivatives(between, found, 0.5 * (marks[starts + 1] - marks[starts]))
             marks = np.insert(marks, starts + 1, between)
             q, rates, bends = (
                 np.insert(old, starts + 1, new, axis=0)
@@ -107,11 +109,16 @@ class LedPath:
             q[:, arm.solved] += np.einsum("mij,mj->mi", np.linalg.pinv(jacobian, rcond=1e-9), off)
         return q
 
-    def _derivatives(self, marks: Floats, q: Floats) -> tuple[Floats, Floats]:
-        """Return the first and second derivatives (m, k) at parameters (m,) where the joints are q (m, k)."""
-        around = np.concatenate([marks - DIFFERENCE, marks + DIFFERENCE])
+    def _derivatives(self, marks: Floats, q: Floats, ways: Floats) -> tuple[Floats, Floats]:
+        """Return the first and second derivatives (m, k) at parameters (m,) where the joints are q (m, k).
+
+        ways (m,): to the nearest knot.
+        """
+        aside = np.minimum(DIFFERENCE, SHARE * ways)
+        around = np.concatenate([marks - aside, marks + aside])
         before, after = np.split(self._postures(around, _nearest(np.concatenate([q, q]))), 2)
-        return (after - before) / (2.0 * DIFFERENCE), (after - 2.0 * q + before) / DIFFERENCE**2
+        aside = aside[:, None]
+        return (after - before) / (2.0 * aside), (after - 2.0 * q + before) / aside**2
 
     def _check(self, piece: PiecewisePolynomial, limits: JointLimits) -> None:
         excursion = piece.first_excursion(limits.lower, limits.upper, TOLERANCE)
