@@ -24,10 +24,11 @@ from virtualrobot_kernel.api.convert.collisions import (
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import IsGone
+from virtualrobot_kernel.collision.allowed import may_touch
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.collision_settings import settings_message
+from virtualrobot_kernel.messages.collision_settings import pairs_of, settings_message
 from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind, Structure
 
@@ -80,6 +81,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         snapshot, processes = self._kernel.world.snapshot, self._kernel.processes
         structure = snapshot.structure
         robots = _with_grippers(structure, request.robots) or None
+        there = may_touch(snapshot, pairs_of(request.may_touch))
         q_index, rows = await self._kernel.limiter.run(
             (), lambda: configuration_rows(structure, request.configurations)
         )
@@ -91,7 +93,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 # Others' work has its turn after at most so many blocks, and no process waits for a block.
                 for start in islice(starts, 2 * processes.count - len(waiting)):
                     block = q_index, rows[start : start + BLOCK_ROWS], robots
-                    waiting[asyncio.wrap_future(processes.submit(CHECK_BLOCK, snapshot, *block))] = start
+                    waiting[asyncio.wrap_future(processes.submit(CHECK_BLOCK, there, *block))] = start
                 if not waiting:
                     break
                 for one in (await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED))[0]:

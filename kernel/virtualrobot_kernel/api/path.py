@@ -14,6 +14,8 @@ from virtualrobot_kernel.api.convert.moves import point_goal
 from virtualrobot_kernel.api.convert.paths import found_message, path_options
 from virtualrobot_kernel.api.convert.tool_paths import found_tool_path, tool_path_asked
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.collision.allowed import may_touch
+from virtualrobot_kernel.messages.collision_settings import pairs_of
 from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.values import by_name, stamp
 from virtualrobot_kernel.paths.query import PathQuery, cleared, path_query, started_at
@@ -62,9 +64,10 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
         snapshot = self._kernel.world.snapshot
         robot = snapshot.structure.node(request.robot, Kind.ROBOT)
         asked = tool_path_asked(request)
+        there = may_touch(snapshot, pairs_of(request.may_touch))
 
         query = await self._kernel.limiter.run([robot.uid], partial(tool_path_query, snapshot, robot.name, asked))
-        async for elapsed, searches, checks, found in self._searched(TOOL_JOB, "searches", snapshot, query):
+        async for elapsed, searches, checks, found in self._searched(TOOL_JOB, "searches", there, query):
             response = path_pb2.FindToolPathResponse(
                 stamp=stamp(snapshot), elapsed_seconds=elapsed, searches=searches, checks=checks
             )

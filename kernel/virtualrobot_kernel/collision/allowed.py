@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
+from virtualrobot_kernel.world.apply_collisions import node_pair
 from virtualrobot_kernel.world.collisions import Allowance
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -62,6 +64,16 @@ class AllowedPairs:
 def ordered(one: int, other: int) -> Pair:
     """Return two nodes (uids) as a pair."""
     return (one, other) if one < other else (other, one)
+
+
+def may_touch(snapshot: Snapshot, pairs: Iterable[tuple[str, str]]) -> Snapshot:
+    """Return the world in which these pairs of nodes may touch, too.
+
+    Raises UnknownNameError for a node that there is not, and KernelError for a pair of one node.
+    """
+    allowed = {node_pair(snapshot.structure, *pair): Allowance("it is asked so") for pair in pairs}
+    state = replace(snapshot.state, allowed_pairs={**snapshot.state.allowed_pairs, **allowed})
+    return replace(snapshot, state=state) if allowed else snapshot
 
 
 def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, Allowance]) -> AllowedPairs:

@@ -43,6 +43,11 @@ def pairs_command(message: collision_pb2.SetAllowedPairs) -> SetAllowedPairs:
     return replace(allowing(_named(message.allow, "allow")), forbid=forbid)
 
 
+def pairs_of(pairs: Sequence[nodes_pb2.NodePair]) -> list[tuple[str, str]]:
+    """Return the names of pairs that `may_touch`; raise KernelError for one without."""
+    return [(pair.first, pair.second) for pair in _named(pairs, "may_touch")]
+
+
 def allowing(pairs: Iterable[nodes_pb2.NodePair]) -> SetAllowedPairs:
     """Return the command that lets pairs touch, as clients or imports say."""
     pairs = tuple(pairs)

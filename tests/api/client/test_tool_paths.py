@@ -99,6 +99,39 @@ def test_what_is_in_the_way_is_gone_round(steps: Client) -> None:
 
 
 @pytest.mark.long
+def test_pairs_may_touch_on_a_path_that_may_not_else(steps: Client) -> None:
+    """A needle in a plate: refused, led along with the pair, and gone along where a program lets them touch."""
+    arm = steps.load_robot("model://puma560", name="arm")
+    needle = virtualrobot.cylinder(0.002, 0.06, pose=virtualrobot.pose(z=0.09))
+    steps.scene.add_tool("needle", arm.flange, [needle], tool_center_points={"tip": virtualrobot.pose(z=0.12)})
+    plate = virtualrobot.box(0.3, 0.3, 0.02)
+    steps.scene.add_part("plate", plate, pose=virtualrobot.pose(*CENTRE))
+    free = {"rotation_z": "free"}
+    with pytest.raises(virtualrobot.CollisionError, match="plate"):
+        steps.paths.find_tool_path(arm, seam(), SPEED, tolerance=free)
+    path = steps.paths.find_tool_path(arm, seam(), SPEED, tolerance=free, may_touch=[("plate", "needle")])
+    postures = path.positions[::20]
+    names = path.joint_names
+    assert not steps.collisions.check_configurations(arm, postures, joint_names=names).free.any()
+    let = steps.collisions.check_configurations(arm, postures, joint_names=names, may_touch=[("needle", "plate")])
+    assert let.free.all()
+    pair = ("needle", "plate")
+    there = steps.program().allow([(*pair, "it sews")]).move(arm.ptp(path.start_joints)).call(path.program, "seam")
+    assert there.allow(forbid=[pair]).check().ok
+    allowed = steps.collisions.allowed.list("needle")
+    assert not [one for one in allowed if "plate" in (one.first, one.second)]
+    for wrong, error, words in (
+        (("needle", "plat"), virtualrobot.UnknownNameError, "plat"),
+        (("needle", "needle"), virtualrobot.VirtualRobotError, "is one node"),
+        (("", "plate"), virtualrobot.VirtualRobotError, r"may_touch\[0\].first names no node"),
+    ):
+        with pytest.raises(error, match=words):
+            steps.paths.find_tool_path(arm, seam(), SPEED, tolerance=free, may_touch=[wrong])
+        with pytest.raises(error, match=words):
+            steps.collisions.check_configurations(arm, postures, joint_names=names, may_touch=[wrong])
+
+
+@pytest.mark.long
 def test_where_there_is_no_way_it_is_told_where_and_why(steps: Client) -> None:
     arm = steps.load_robot("model://puma560", name="arm")
     free = {"rotation_z": "free"}

@@ -110,16 +110,20 @@ motor: "on"
 def test_holes_are_drilled_straight(steps: Client, tmp_path: Path) -> None:
     """Two pecks each: in the plate the tip is on the hole's axis, to 0.02 mm, on its way in and on its way out."""
     arm = cell(steps)
-    steps.collisions.allowed.add("tool", "plate", "it drills")
     text = """process: drill
 speed: 0.02
 approach: 0.05
+may_touch: [plate]
 holes: [{part: plate, spots: {points: [[0, -0.05, 0.01], [0, 0.05, 0.01]], normal: [0, 0, 1], depth: 0.015, pecks: 2}}]
 drill: {heading: [1, 0, 0]}
 spindle: {signal: "on"}
 diameter: 0.008
 length: 0.1
 """
+    with pytest.raises(virtualrobot.CollisionError, match=r"'tool' would touch 'plate'|'plate' would touch 'tool'"):
+        planned(steps, tmp_path, text.replace("may_touch: [plate]\n", ""))
+    with pytest.raises(virtualrobot.UnknownNameError, match="plat"):
+        planned(steps, tmp_path, text.replace("may_touch: [plate]", "may_touch: [plat]"))
     work = planned(steps, tmp_path, text)
     assert float(work.measures[-2].split()[0]) == pytest.approx(1e6 * 2 * np.pi * 0.004**2 * 0.015, rel=7e-3)
     points = gone(steps, arm, work)[:, :3, 3]
@@ -127,6 +131,11 @@ length: 0.1
     np.testing.assert_allclose(inside[:, 0], 0.55, atol=2e-5)
     np.testing.assert_allclose(np.abs(inside[:, 1]), 0.05, atol=2e-5)
     assert inside[:, 2].min() == pytest.approx(TOP - 0.015, abs=1e-5)
+    # They may touch no more; who had let them touch before still does.
+    assert not [pair for pair in steps.collisions.allowed.list("tool") if "plate" in (pair.first, pair.second)]
+    steps.collisions.allowed.add("tool", "plate", "it drills")
+    gone(steps, arm, planned(steps, tmp_path, text))
+    assert [pair.reason for pair in steps.collisions.allowed.list("tool") if pair.second == "plate"] == ["it drills"]
 
 
 def test_a_slot_is_milled_at_the_feeds_of_its_g_code(steps: Client, tmp_path: Path) -> None:

@@ -62,6 +62,11 @@ class Stamp:
         return f"{self.simulation_time:.3f} s, tick {self.tick}"
 
 
+def pair_messages(pairs: Iterable[tuple[str, str]]) -> list[nodes_pb2.NodePair]:
+    """Return pairs of nodes, by their names, as messages."""
+    return [nodes_pb2.NodePair(first=first, second=second) for first, second in pairs]
+
+
 def several(given: str | Iterable[str]) -> list[str]:
     """Return names, of which one may be given by itself."""
     return [given] if isinstance(given, str) else list(given)

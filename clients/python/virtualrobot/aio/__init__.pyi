@@ -504,7 +504,7 @@ class Collisions(Face):
         """Change what is done about collisions; what is not given stays. Saved with the scene."""
     def check(self, configurations: Configurations | None = ..., *, detail: str = ..., robots: Iterable[Named] = ...) -> Order[Check]:
         """Return what touches and may not, now or if robots stood elsewhere."""
-    def check_configurations(self, robot: Named, positions: Samples, *, joint_names: Sequence[str] = ..., others: Mapping[str, Samples] | None = ..., robots: Iterable[Named] = ..., progress: Callable[[float], None] | None = ...) -> Order[ConfigurationsCheck]:
+    def check_configurations(self, robot: Named, positions: Samples, *, joint_names: Sequence[str] = ..., others: Mapping[str, Samples] | None = ..., robots: Iterable[Named] = ..., may_touch: Iterable[tuple[str, str]] = ..., progress: Callable[[float], None] | None = ...) -> Order[ConfigurationsCheck]:
         """Return which of n configurations are free, in the world as it is now."""
     def distance(self, *first: NodeNamed, to: Iterable[NodeNamed] = ..., configurations: Configurations | None = ...) -> Order[Distance]:
         """Return how far some nodes, such as a robot, are from everything else: the nearest pair that may not touch."""
@@ -616,7 +616,7 @@ class Paths(Face):
     """Free ways in the world of one kernel."""
     def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., clearance: float = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
-    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
+    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., may_touch: Iterable[tuple[str, str]] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""
     def find_tool_path_parts(self, robot: Named, frames: ArrayLike, velocity: float, **options: Unpack[ToolPathOptions]) -> Order[tuple[ToolPathPart, ...]]:
         """Return how an arm leads its tool along frames in as few parts as it can, and where it can't at all."""

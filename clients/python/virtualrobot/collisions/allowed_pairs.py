@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from virtualrobot._wire.arguments import checked
-from virtualrobot._wire.messages import count_or_none, seed_of
+from virtualrobot._wire.messages import count_or_none, pair_messages, seed_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import told
 from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
@@ -143,6 +143,6 @@ def pairs_command(allow: Iterable[tuple[str, str, str]], forbid: Iterable[tuple[
     """Return the command that lets pairs touch no more, then others (name, name, why) touch."""
     command = collision_pb2.SetAllowedPairs(
         allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
-        forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
+        forbid=pair_messages(forbid),
     )
     return scene_pb2.Command(set_allowed_pairs=command)

@@ -117,6 +117,7 @@ class Collisions(CollisionRules):
         joint_names: Sequence[str] = (),
         others: Mapping[str, Samples] | None = None,
         robots: Iterable[Named] = (),
+        may_touch: Iterable[tuple[str, str]] = (),
         progress: Callable[[float], None] | None = None,
     ) -> ConfigurationsCheck:
         """Return which of n configurations are free, in the world as it is now.
@@ -130,6 +131,7 @@ class Collisions(CollisionRules):
             joint_names: the joints of the columns; without them all joints of one coordinate, in the robot's order.
             others: more robots that stand elsewhere, each with n rows: of all its joints, or (n,) by joint name.
             robots: only pairs with these robots are checked; none means all.
+            may_touch: pairs of nodes that may touch besides those that may anyway.
             progress: is called with the part that is done, 0 to 1; what it raises ends the check.
 
         Raises:
@@ -145,7 +147,7 @@ class Collisions(CollisionRules):
         if others and robot in others:
             raise InvalidArgumentError(f"{robot!r} is among the others too; give its joints once")
         asked = {robot: (positions, joint_names), **{name: (rows, ()) for name, rows in (others or {}).items()}}
-        request = check_message(asked, map(name_of, robots))
+        request = check_message(asked, map(name_of, robots), may_touch)
         with self._services.collision.CheckConfigurations(request) as stream:
             return gathered(stream, request.configurations[0].positions.shape[0], progress)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import checked
-from virtualrobot._wire.messages import Stamp, array_message, array_of, stamp_of
+from virtualrobot._wire.messages import Stamp, array_message, array_of, pair_messages, stamp_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.robots.dynamics import Samples, sample_rows
@@ -40,7 +40,7 @@ class ConfigurationsCheck:
 
 
 def check_message(
-    robots: Mapping[str, tuple[Samples, Sequence[str]]], only: Iterable[str]
+    robots: Mapping[str, tuple[Samples, Sequence[str]]], only: Iterable[str], may_touch: Iterable[tuple[str, str]]
 ) -> collision_pb2.CheckConfigurationsRequest:
     """Return what to check as a message: positions by robot, each with the joints that the columns are."""
     messages = []
@@ -53,7 +53,9 @@ def check_message(
         messages.append(
             collision_pb2.RobotConfigurations(robot=robot, joint_names=names, positions=array_message(rows))
         )
-    return collision_pb2.CheckConfigurationsRequest(configurations=messages, robots=only)
+    return collision_pb2.CheckConfigurationsRequest(
+        configurations=messages, robots=only, may_touch=pair_messages(may_touch)
+    )
 
 
 def gathered(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict, Unpack
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import group_message, joint_map, value_or_default
+from virtualrobot._wire.messages import group_message, joint_map, pair_messages, value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Waiting
@@ -111,6 +111,7 @@ class ToolPathOptions(TypedDict, total=False):
     time_limit: float | None
     group: str | tuple[str, str] | None
     external: Sequence[Named]
+    may_touch: Iterable[tuple[str, str]]
     progress: Callable[[ToolPathProgress], None] | None
 
 
@@ -219,6 +220,7 @@ class Paths:
         time_limit: float | None = None,
         group: str | tuple[str, str] | None = None,
         external: Sequence[Named] = (),
+        may_touch: Iterable[tuple[str, str]] = (),
         progress: Callable[[ToolPathProgress], None] | None = None,
     ) -> ToolPath:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
@@ -240,6 +242,8 @@ class Paths:
                 chain.
             external: robots that move along: what carries the arm, such as a rail, or the reference, such as a
                 positioner; at most three joints in all. The speed is that in the frame of the reference.
+            may_touch: pairs of nodes that may touch on this path, such as a cutter and the part that it cuts. The
+                path's program needs `Program.allow` before it, then.
             progress: is called about four times a second; what it raises ends the search. Without it the client's
                 `on_progress` is told.
 
@@ -257,6 +261,7 @@ class Paths:
             path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}),
             time_limit_seconds=value_or_default(time_limit, "time_limit"),
             external_robots=map(name_of, external),
+            may_touch=pair_messages(may_touch),
         )
         last = path_pb2.FindToolPathResponse()
         waiting = Waiting("looking for a way along a tool path", self._services.channel.on_progress)

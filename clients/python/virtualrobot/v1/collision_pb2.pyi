@@ -99,12 +99,14 @@ class RobotConfigurations(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CheckConfigurationsRequest(_message.Message):
-    __slots__ = ("configurations", "robots")
+    __slots__ = ("configurations", "robots", "may_touch")
     CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    MAY_TOUCH_FIELD_NUMBER: _ClassVar[int]
     configurations: _containers.RepeatedCompositeFieldContainer[RobotConfigurations]
     robots: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, configurations: _Optional[_Iterable[_Union[RobotConfigurations, _Mapping]]] = ..., robots: _Optional[_Iterable[str]] = ...) -> None: ...
+    may_touch: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, configurations: _Optional[_Iterable[_Union[RobotConfigurations, _Mapping]]] = ..., robots: _Optional[_Iterable[str]] = ..., may_touch: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class CheckConfigurationsResponse(_message.Message):
     __slots__ = ("stamp", "progress", "first_row", "touching", "pairs")

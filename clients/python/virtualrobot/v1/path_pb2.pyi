@@ -131,18 +131,20 @@ class ToolPath(_message.Message):
     def __init__(self, frames: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., velocity_meters_per_second: _Optional[float] = ..., acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
 
 class FindToolPathRequest(_message.Message):
-    __slots__ = ("robot", "group", "path", "time_limit_seconds", "external_robots")
+    __slots__ = ("robot", "group", "path", "time_limit_seconds", "external_robots", "may_touch")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GROUP_FIELD_NUMBER: _ClassVar[int]
     PATH_FIELD_NUMBER: _ClassVar[int]
     TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     EXTERNAL_ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    MAY_TOUCH_FIELD_NUMBER: _ClassVar[int]
     robot: str
     group: _nodes_pb2.GroupSelection
     path: ToolPath
     time_limit_seconds: float
     external_robots: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ..., external_robots: _Optional[_Iterable[str]] = ...) -> None: ...
+    may_touch: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ..., external_robots: _Optional[_Iterable[str]] = ..., may_touch: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class ExternalMotion(_message.Message):
     __slots__ = ("robot", "joint_names", "positions")

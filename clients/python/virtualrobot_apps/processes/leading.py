@@ -26,7 +26,7 @@ DENSER = "give a greater step or chord"
 """Remedy for a way that has more frames."""
 FIELDS = (
     *("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "corners", "split"),
-    "external",
+    *("external", "may_touch"),
 )
 
 
@@ -48,6 +48,7 @@ class Leading:
         density: of the ways.
         corners: what is gone for a way with corners: ways without, or more of them.
         external: the names of robots that move along, as a rail or a positioner does.
+        may_touch: the nodes that the tool may touch from where it comes to each way until it has gone from it.
         split: whether a way that can't be gone at once is gone in parts.
         straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
     """
@@ -65,6 +66,7 @@ class Leading:
     density: Density = field(default_factory=Density)
     corners: Callable[[Way], list[Way]] = field(default=lambda way: [way])
     external: tuple[str, ...] = ()
+    may_touch: tuple[str, ...] = ()
     split: bool = False
     straight: bool = False
 
@@ -191,10 +193,15 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         fields["speed"].number(1e-5, 10.0),
         tolerance=_tolerance(fields.get("tolerance")),
         density=Density(**density),
-        external=tuple(one.text() for one in fields["external"].items()) if "external" in fields else (),
+        external=_names(fields.get("external")),
+        may_touch=_names(fields.get("may_touch")),
         split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
+
+
+def _names(item: Item | None) -> tuple[str, ...]:
+    return () if item is None else tuple(one.text() for one in item.items())
 
 
 def _corners(item: Item) -> Callable[[Way], list[Way]]:
@@ -254,7 +261,7 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
         MalformedFileError: for what the file says wrong, with file and line.
         VirtualRobotError: for what can't be done, with the source where it stands.
     """
-    robot = client.robot(leading.robot)
+    robot, touched = client.robot(leading.robot), touched_by(client, leading)
     program, measures = client.program(), list[str]()
     here: dict[str, float] = {}
     working, gone = 0.0, list[Stretch]()
@@ -270,14 +277,31 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
                     program.move(robot.ptp(before), *_external(client, path))
                 else:
                     program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                if touched:
+                    program.allow((*pair, "it works there") for pair in touched)
                 program.move(_straight(client, robot, path.start_joints, leading))
                 working += process.along(program, path, name)
                 program.move(_straight(client, robot, behind, leading))
+                if touched:
+                    program.allow(forbid=touched)
                 here = behind
                 measures.append(_measure(name, one.way.length if name == one.name else path.length, path))
         except VirtualRobotError as error:
             raise at_line(one.source.item, name, error) from None
     return Led(program, tuple(measures), working, tuple(gone))
+
+
+def touched_by(client: Client, leading: Leading) -> list[tuple[str, str]]:
+    """Return the pairs of a tool and what it may touch that may not touch anyway.
+
+    Raises WrongStateError where the robot has no tool, and UnknownNameError for a node that there is not.
+    """
+    if not leading.may_touch:
+        return []
+    tool, allowed = client.robot(leading.robot).tool().name, client.collisions.allowed
+    anyway = {frozenset((pair.first, pair.second)) for pair in allowed.list(tool)}
+    pairs = [(tool, client.scene[node].name) for node in leading.may_touch]
+    return [pair for pair in pairs if frozenset(pair) not in anyway]
 
 
 def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wanted]:
@@ -300,6 +324,7 @@ def _paths(client: Client, leading: Leading, one: Wanted) -> list[tuple[str, Too
     """Return the tool paths along what is wanted, by their names: one, or the fewest where they may be split."""
     name, where = one.name, one.source.parts[0]
     led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": where, "external": leading.external}
+    led["may_touch"] = touched_by(client, leading)
     if not leading.split:
         return [(name, client.paths.find_tool_path(leading.robot, one.frames, one.speed, **led))]
     parts = client.paths.find_tool_path_parts(leading.robot, one.frames, one.speed, **led)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from virtualrobot import Client
 
 from virtualrobot_apps.curves.way import Floats
-from virtualrobot_apps.processes.leading import Leading, Wanted
+from virtualrobot_apps.processes.leading import Leading, Wanted, touched_by
 from virtualrobot_apps.processes.process import FREE, TOUCHES, UNREACHED, Look
 
 APART = 0.01
@@ -50,7 +50,7 @@ def look_along(client: Client, leading: Leading, ways: Sequence[Wanted]) -> tupl
 
 def _states(client: Client, leading: Leading, frames: Floats, references: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return how it is at frames (n, 4, 4) in the frames of nodes, and why, in words."""
-    robot = client.robot(leading.robot)
+    robot, touched = client.robot(leading.robot), touched_by(client, leading)
     states, why = [UNREACHED] * len(frames), [""] * len(frames)
     for variants in _variants(leading):
         left = [row for row, state in enumerate(states) if state != FREE]
@@ -66,7 +66,8 @@ def _states(client: Client, leading: Leading, frames: Floats, references: Sequen
                     why[row] = found.explanation
         if not postures:
             continue
-        checked = client.collisions.check_configurations(robot, np.concatenate(postures), joint_names=names)
+        rows = np.concatenate(postures)
+        checked = client.collisions.check_configurations(robot, rows, joint_names=names, may_touch=touched)
         for posture, row in enumerate(owners):
             pair = checked.pair(posture)
             if pair is None:
