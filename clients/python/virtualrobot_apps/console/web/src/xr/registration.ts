@@ -52,15 +52,20 @@ class Registration {
     return this.#left.length > 0 ? undefined : this.#find();
   }
 
+  /** Says that a finger has to be still before it pinches. */
+  askForStill(): void {
+    this.#ask("hold the fingertip still there for a second, and then pinch");
+  }
+
   stop(): void {
     this.#left = [];
     this.#points = [];
     this.next.value = this.words.value = "";
   }
 
-  #ask(): void {
+  #ask(how = "put the tip there and pull the trigger; a finger is still for a second, and then pinches"): void {
     this.next.value = this.#left[0] ?? "";
-    this.words.value = this.next.peek() && `${this.#points.length + 1} of ${this.#points.length + this.#left.length}: put the tip there and pull the trigger`;
+    this.words.value = this.next.peek() && `${this.#points.length + 1} of ${this.#points.length + this.#left.length}: ${how}`;
   }
 
   async #find(): Promise<Matrix4 | undefined> {

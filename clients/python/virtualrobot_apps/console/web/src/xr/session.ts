@@ -11,6 +11,7 @@ import { tool } from "../view/gizmo";
 import type { Room, Viewport } from "../view/viewport";
 import { RoomAnchor } from "./anchor";
 import { DrawnCell } from "./drawn_cell";
+import { Fingertips } from "./fingertips";
 import { Handle, rayOf } from "./handle";
 import { isMomentary, readHands, type Hand } from "./hands";
 import { settings } from "./observer";
@@ -75,6 +76,7 @@ export class Immersion implements Room {
   #panel = new Panel();
   #pointers = new Pointers();
   #handle = new Handle();
+  #fingertips = new Fingertips();
   #way: ShownWay;
   #cell: DrawnCell;
   #stretch = new Stretch();
@@ -212,11 +214,12 @@ export class Immersion implements Room {
   }
 
   #act(hands: readonly Near[], now: number, seconds: number): void {
+    this.#fingertips.follow(hands, now);
     for (const hand of hands) {
       const { source } = hand, before = this.#before.get(source) ?? (isMomentary(source) ? NOTHING : hand);
       const pulled = hand.trigger && !before.trigger, squeezed = hand.squeeze && !before.squeeze;
       if (pulled && hand.pointed) this.#press(hand.pointed, source);
-      else if (pulled && hand.tip && registration.next.peek()) void this.#touch(hand.tip);
+      else if (pulled && hand.tip && registration.next.peek()) void this.#touch(this.#fingertips.touched(hand, now));
       else if (pulled || (squeezed && hands.filter(({ squeeze }) => squeeze).length === 1)) this.#handle.take(source, hand.grip, hand.ray);
       if (hand.back && !before.back) proposal.reject();
       const [right] = hand.stick;
@@ -286,8 +289,9 @@ export class Immersion implements Room {
     else this.leave();
   }
 
-  /** Lays the room into the world as it was touched. */
-  async #touch(tip: Vector3): Promise<void> {
+  /** Lays the room into the world as it was touched; undefined for a finger that was not still. */
+  async #touch(tip: Vector3 | undefined): Promise<void> {
+    if (!tip) return registration.askForStill();
     const world_t_room = await registration.touch(tip);
     if (!world_t_room) return;
     this.#lay(world_t_room);
