@@ -8,7 +8,9 @@ import trimesh
 from virtualrobot import pose
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
-from virtualrobot_apps.processes.effects.film import Jet, sprayed
+from virtualrobot_apps.processes.effects.film import Jet, Spraying, sprayed
+
+from tests.apps.processes.slow_film import sprayed_slowly
 
 WIDTH, STANDOFF, FLOW, SPEED = 0.2, 0.25, 2e-6, 0.4
 JET = Jet(WIDTH, STANDOFF, FLOW)
@@ -95,6 +97,35 @@ def test_what_is_behind_something_gets_none() -> None:
     assert not thickness[reach < edge - 1e-4].any()
     lit = (reach > edge + 2e-3) & (np.linalg.norm(under.triangles_center[:, :2], axis=1) < 0.09)
     assert lit.any() and (thickness[lit] > 0.0).all()
+
+
+@pytest.mark.parametrize("body", ["ball", "bowl", "two boxes"])
+def test_it_is_what_a_place_after_the_other_adds_up_to(body: str, rng: np.random.Generator) -> None:
+    """Guns that lean, near and far, over bodies that throw shadows on themselves; the oracle is NumPy and trimesh."""
+    if body == "two boxes":
+        far = trimesh.creation.box((0.4, 0.3, 0.1), pose(z=-0.1))
+        mesh = trimesh.util.concatenate([trimesh.creation.box((0.1, 0.2, 0.05), pose(z=0.05)), far])
+    else:
+        mesh = trimesh.creation.icosphere(3, 0.2)
+        mesh.faces = mesh.faces[mesh.triangles_center[:, 2] < 0.02] if body == "bowl" else mesh.faces
+    assert isinstance(mesh, trimesh.Trimesh)
+    fine = mesh.subdivide_to_size(0.025, max_iter=20)
+    assert isinstance(fine, trimesh.Trimesh)
+    passes = []
+    for _ in range(3):
+        x, y, z = rng.uniform([-0.2, -0.2, 0.2], [0.2, 0.2, 0.4])
+        begin = pose(x, y, z, roll=np.pi + rng.uniform(-0.5, 0.5))
+        frames = np.array([begin @ pose(x=x, z=0.1 * x) for x in np.linspace(0.0, 0.3, 7)])
+        passes.append((frames, np.cumsum(rng.uniform(0.0, 0.3, 7))))
+    wanted, found = sprayed_slowly(fine, passes, JET), sprayed(fine, passes, JET)
+    np.testing.assert_allclose(found.thickness, wanted.thickness, rtol=1e-9, atol=1e-15)
+    assert found.thickness.max() > 0.0
+    assert found.sprayed == pytest.approx(wanted.sprayed, rel=1e-12)
+    with Spraying(fine, JET) as spraying:
+        for frames, times in passes:
+            for row in range(1, len(frames)):
+                spraying.go(frames[row - 1 : row + 1], times[row - 1 : row + 1])
+    np.testing.assert_allclose(spraying.film.thickness, wanted.thickness, rtol=1e-9, atol=1e-15)
 
 
 def test_a_jet_without_width_is_refused() -> None:

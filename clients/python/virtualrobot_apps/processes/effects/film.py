@@ -9,15 +9,17 @@ the middle of each triangle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
-from itertools import pairwise
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
+from virtualrobot_sdk.embree import TopScene, unavailable
+from virtualrobot_sdk.rays import make_shape
+
+from virtualrobot_apps.processes.effects.spraying import add, cells_of, meet
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +27,12 @@ GRAZE = 1e-3
 """Part of a ray's length before its end from which on what is met is what it goes to."""
 SAMPLES = 8
 """Places of a gun on its way while it goes by a radius of its disc."""
+AT_ONCE = 1 << 18
+"""Triangles whose rays are traced at once, at least."""
+CELLS = 4.0
+"""Cells of the grid of triangles in a diameter of the disc."""
+NEAREST, DEEPEST = 1e-3, 2.0
+"""Distances, in standoffs, between which paint counts: what is deeper gets a quarter at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +91,7 @@ class Film:
         return float(self.areas[thin].sum() / self.areas[there].sum()) if there.any() else 0.0
 
 
-def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, Floats]], jet: Jet) -> Film:
+def sprayed(mesh: trimesh.Trimesh, passes: Sequence[tuple[Floats, Floats]], jet: Jet) -> Film:
     """Return the film that a gun leaves on a mesh (m).
 
     Triangles have one thickness each: of those that are large beside the disc it is that in their middle.
@@ -96,61 +104,71 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, Floats]], jet: Jet
 
     Raises:
         InvalidArgumentError: for a jet without width, standoff or flow, and for times that run back.
-        WrongStateError: where embreex, by which rays are traced, is not installed.
+        WrongStateError: where Embree, by which rays are traced, is not installed.
     """
-    if find_spec("embreex") is None:
-        raise WrongStateError("films need embreex: pip install 'virtualrobot[processes]'")
-    if min(jet.width, jet.standoff, jet.flow) <= 0.0:
-        raise InvalidArgumentError("width, standoff and flow of a jet must be above 0")
-    if any(np.diff(times).min(initial=0.0) < 0.0 for _, times in passes):
-        raise InvalidArgumentError("the times of a gun on its way must not run back")
-    centres, normals, areas = mesh.triangles_center, mesh.face_normals, mesh.area_faces
-    tree, thickness, volume = KDTree(centres), np.zeros(len(areas)), 0.0
-    slope = 0.5 * jet.width / jet.standoff
-    # What is deeper than twice the standoff gets a quarter at most; it counts up to there, in a ball about that cone.
-    deepest = 2.0 * jet.standoff
-    middle = min(0.5 * deepest * (1.0 + slope**2), deepest)
-    ball = max(middle, np.hypot(deepest - middle, slope * deepest))
-    for frames, times in passes:
+    with Spraying(mesh, jet) as spraying:
+        for frames, times in passes:
+            spraying.go(frames, times)
+        return spraying.film
+
+
+class Spraying:
+    """Film that grows on a mesh; a context manager, which frees the rays."""
+
+    def __init__(self, mesh: trimesh.Trimesh, jet: Jet) -> None:
+        """Begin with a bare mesh; raises as `sprayed` does."""
+        if reason := unavailable():
+            raise WrongStateError(f"films need Embree: {reason} (pip install 'virtualrobot[processes]')")
+        if min(jet.width, jet.standoff, jet.flow) <= 0.0:
+            raise InvalidArgumentError("width, standoff and flow of a jet must be above 0")
+        self._jet = jet
+        self.film = Film(np.zeros(len(mesh.faces)), mesh.area_faces, 0.0)
+        self._edge = jet.width / CELLS
+        self._triangles = np.ascontiguousarray(mesh.triangles_center), np.ascontiguousarray(mesh.face_normals)
+        self._cells = cells_of(self._triangles[0], self._edge)
+        self._scene = TopScene()
+        self._scene.place((make_shape(mesh.vertices, mesh.faces),), np.eye(4)[None])
+        room = max(AT_ONCE, len(mesh.faces))
+        self._met, self._thickness = np.empty(room, np.int64), np.empty(room)
+        self._eyes, self._rays = np.empty((room, 3), np.float32), np.empty((room, 3), np.float32)
+        self._lengths = np.empty(room, np.float32)
+
+    def __enter__(self) -> Spraying:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Free the rays."""
+        self._scene.close()
+
+    def go(self, frames: Floats, times: Floats) -> None:
+        """Add what a gun leaves on its way along frames (n, 4, 4) at times (n,); raises for times that run back."""
+        if np.diff(times).min(initial=0.0) < 0.0:
+            raise InvalidArgumentError("the times of a gun on its way must not run back")
+        jet = self._jet
         places, seconds = _places(frames, times, 0.5 * jet.width / SAMPLES)
-        for place, time in zip(places, seconds, strict=True):
-            volume += jet.flow * time
-            near = np.array(tree.query_ball_point(place[:3, 3] + middle * place[:3, 2], ball), np.int64)
-            if not len(near):
-                continue
-            rays = centres[near] - place[:3, 3]
-            depth = rays @ place[:3, 2]
-            facing = -np.einsum("ij,ij->i", rays, normals[near])
-            radius = slope * np.maximum(depth, 1e-9)
-            off = np.linalg.norm(rays - depth[:, None] * place[:3, 2], axis=1) / radius
-            hit = (depth > 1e-3 * jet.standoff) & (depth < deepest) & (facing > 0.0) & (off < 1.0)
-            hit[hit] = _is_seen(mesh, place[:3, 3], rays[hit])
-            share = 2.0 / (np.pi * radius[hit] ** 2) * (1.0 - off[hit] ** 2)
-            # Of a plane across the jet's axis a triangle takes as much more as it faces the ray than that plane does.
-            thickness[near[hit]] += jet.flow * time * share * facing[hit] / depth[hit]
-    return Film(thickness, areas, volume)
-
-
-def _is_seen(mesh: trimesh.Trimesh, origin: Floats, rays: Floats) -> NDArray[np.bool_]:
-    """Return whether nothing of a mesh is before the ends of rays (m, 3) from an origin: (m,)."""
-    if not len(rays):
-        return np.empty(0, np.bool_)
-    lengths = np.linalg.norm(rays, axis=1)
-    first = mesh.ray.intersects_first(np.tile(origin, (len(rays), 1)), rays / lengths[:, None])
-    normals, corners = mesh.face_normals[first], mesh.triangles[first, 0]
-    share = np.einsum("ij,ij->i", corners - origin, normals) / np.einsum("ij,ij->i", rays, normals)
-    return (first < 0) | (share > 1.0 - GRAZE)
+        volumes, slope, row = jet.flow * seconds, 0.5 * jet.width / jet.standoff, 0
+        while row < len(places):
+            count, row = meet(
+                *(places, volumes, row, *self._triangles, *self._cells, self._edge, slope),
+                *(NEAREST * jet.standoff, DEEPEST * jet.standoff),
+                *(self._met, self._thickness, self._eyes, self._rays, self._lengths),
+            )
+            ends = np.float32(1.0 - GRAZE) * self._lengths[:count]
+            hidden = self._scene.occluded(self._eyes[:count], self._rays[:count], ends)
+            add(self.film.thickness, count, self._met, self._thickness, hidden)
+        self.film = Film(self.film.thickness, self.film.areas, self.film.sprayed + float(volumes.sum()))
 
 
 def _places(frames: Floats, times: Floats, step: float) -> tuple[Floats, Floats]:
     """Return frames (m, 4, 4), at most a step (m) apart, along others, and how long each one stands for (s)."""
-    found, seconds = list[Floats](), list[float]()
-    for (before, after), duration in zip(pairwise(frames), np.diff(times).tolist(), strict=True):
-        length = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
-        count = max(1, int(np.ceil(length / step)))
-        for share in (np.arange(count) + 0.5) / count:
-            place = (1.0 - share) * before + share * after
-            place[:3, 2] /= np.linalg.norm(place[:3, 2])
-            found.append(place)
-            seconds.append(duration / count)
-    return np.array(found).reshape(-1, 4, 4), np.array(seconds)
+    if len(frames) < 2:
+        return np.empty((0, 4, 4)), np.empty(0)
+    lengths = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1)
+    counts = np.maximum(1, np.ceil(lengths / step)).astype(np.int64)
+    rows = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+    shares = ((within + 0.5) / counts[rows])[:, None, None]
+    places = (1.0 - shares) * frames[rows] + shares * frames[rows + 1]
+    places[:, :3, 2] /= np.linalg.norm(places[:, :3, 2], axis=1, keepdims=True)
+    return places, (np.diff(times) / counts)[rows]
