@@ -104,10 +104,14 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Processes look for ways on meshes, and on splines.
     f"{APPS}/demos/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "trimesh"),
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
-    # A film is compiled, and its shadows are traced by the ray engine.
+    # Films and chips are compiled, and shadows are traced by the ray engine.
     **{
         f"{APPS}/processes/effects/{name}.py": ("virtualrobot_apps", "virtualrobot", "virtualrobot_sdk", *libraries)
-        for name, libraries in {"film": ("numpy", "trimesh"), "spraying": ("numpy", "numba")}.items()
+        for name, libraries in {
+            "film": ("numpy", "trimesh"),
+            "spraying": ("numpy", "numba"),
+            "cutting": ("numpy", "numba"),
+        }.items()
     },
     # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, in buckets by obstore,
     # where these are installed.
