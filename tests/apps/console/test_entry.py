@@ -252,6 +252,29 @@ def test_tls_by_an_authority_of_its_own(
         connection.close()
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("body", [None, b"0" * 100_000])
+def test_plain_http_to_a_port_of_tls_is_told_the_address(
+    start_kernel: StartKernel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, body: bytes | None
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    kernel = start_kernel(token=True)
+    options = ["--own-certificate", "--host-name", "cell.local"]
+    with consoles(kernel.address, *options, token=kernel.token) as console:
+        plain = http.client.HTTPConnection("127.0.0.1", console.port)
+        plain.request("GET" if body is None else "POST", "/?key=none", body)
+        answer = plain.getresponse()
+        assert answer.status == 400 and answer.getheader("connection") == "close"
+        assert f"https://cell.local:{console.port}" in answer.read().decode()
+        # Others go on, also while that one stays connected.
+        trusting = ssl.create_default_context(cafile=str(tmp_path / "virtualrobot" / "authority" / "authority.pem"))
+        other = http.client.HTTPSConnection("127.0.0.1", console.port, context=trusting)
+        other.request("GET", "/")
+        assert other.getresponse().status == 200
+        other.close()
+        plain.close()
+
+
 def test_small_frames_are_not_held_back() -> None:
     """Without TCP_NODELAY each second frame waits for the other side's delayed acknowledgement, about 40 ms."""
     with listen("127.0.0.1", 0) as listening, socket.create_connection(listening.getsockname()):

@@ -6,7 +6,7 @@ import re
 
 import cv2
 import numpy as np
-from virtualrobot_apps.console.invitation import ALONE, QUIET, Reach
+from virtualrobot_apps.console.invitation import ALONE, NAMELESS, QUIET, Reach
 
 PIXELS = 8
 """Pixels of a module."""
@@ -46,3 +46,11 @@ def test_a_console_of_one_machine_says_how_others_reach_it() -> None:
     # What others reach it by nevertheless, as a tunnel, it is reached by.
     told = Reach("http://127.0.0.1:8090").invited("tunnel.example", "once")
     assert told["url"] == "http://tunnel.example/?key=once"
+
+
+def test_a_machine_without_an_address_that_is_signed_for_says_so() -> None:
+    """It listens to others, who don't get here by localhost."""
+    told = Reach("https://localhost:8090", signed=True, fault=NAMELESS).invited("localhost:8090", "once")
+    assert set(told) == {"fault"} and "--host-name" in told["fault"] and "alone:" not in told["fault"]
+    named = Reach("https://cell.local:8090", signed=True, fault=NAMELESS).invited("localhost:8090", "once")
+    assert named["url"] == "https://cell.local:8090/?key=once"

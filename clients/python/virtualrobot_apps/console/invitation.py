@@ -16,6 +16,11 @@ ALONE = (
     "The console listens to this machine alone: `virtualrobot console --listen 0.0.0.0 --own-certificate` is reached "
     "by others, by https; where they know this machine by IPv6 alone, --listen ::"
 )
+NAMELESS = (
+    "This machine has no private address that the authority signs for, so the link says localhost, by which no other "
+    "one gets here: --host-name NAME.local is a name that they know it by, and where they know one of the Internet, "
+    "--tls-certificate and --tls-key are for that"
+)
 MISSING = "a code needs segno: pip install 'virtualrobot[console]'"
 QUIET = 4
 """Modules of white around a code, which readers want (ISO/IEC 18004, section 9.1)."""
@@ -27,10 +32,17 @@ class Reach:
 
     base: address of the console's port as others have it, such as `https://192.168.1.4:8090`.
     signed: whether devices get the certificate of the installation's own authority there.
+    fault: why others don't get here where the address is of this machine alone.
     """
 
     base: str
     signed: bool = False
+    fault: str = ALONE
+
+    @property
+    def is_alone(self) -> bool:
+        """True where the address is one of this machine alone."""
+        return is_loopback(urlsplit(self.base).hostname or "")
 
     def invited(self, host: str, key: str) -> dict[str, str]:
         """Return a link with its code (SVG), the authority's where devices trust one, and why others don't get here.
@@ -46,8 +58,8 @@ class Reach:
         own = urlsplit(self.base)
         here = urlsplit(f"//{host}").hostname or ""
         base = self.base if is_loopback(here) else f"{own.scheme}://{host}"
-        if is_loopback(own.hostname or "") and is_loopback(here):
-            return {"fault": ALONE}
+        if self.is_alone and is_loopback(here):
+            return {"fault": self.fault}
         url = f"{base}/?key={key}"
         told = {"url": url, "code": code(url)}
         return {**told, "trust": base + AUTHORITY, "trust_code": code(base + AUTHORITY)} if self.signed else told

@@ -16,13 +16,15 @@ from threading import Thread
 import uvicorn
 import virtualrobot
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.session import is_loopback
 
 from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.console.door import Door, Token
 from virtualrobot_apps.console.editing import PageEditors
-from virtualrobot_apps.console.invitation import Reach
+from virtualrobot_apps.console.invitation import ALONE, NAMELESS, Reach
 from virtualrobot_apps.console.page_files import AUTHORITY, is_built
 from virtualrobot_apps.console.server import Server
+from virtualrobot_apps.console.tls import tls_context
 from virtualrobot_apps.console.tools import PageTools
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
@@ -164,17 +166,17 @@ async def _serve(
     tools = PageTools(upstream, limit, kernel.connect)
     editors = PageEditors(upstream, limit, kernel.address, kernel.certificate)
     another = partial(tell, "a link for another browser:")
-    reach = Reach(base, place.authority is not None)
+    reach = Reach(base, place.authority is not None, ALONE if is_loopback(place.host) else NAMELESS)
     server = Server(upstream, door, limit, tools, editors, another, place.authority, reach)
     config = server_config(
         server,
         # Larger ones are refused by name, so that they must come in.
         2 * kernel.message_bytes + _FRAME_BYTES,
-        ssl_certfile=place.tls_certificate,
-        ssl_keyfile=place.tls_key,
     )
+    config.load()
     try:
-        config.load()
+        if place.tls_certificate is not None:
+            config.ssl = tls_context(place.tls_certificate, place.tls_key, base)
     except OSError as error:
         raise InvalidArgumentError(f"--tls-certificate and --tls-key are no certificate and its key: {error}") from None
     if kernel.connections is not None:
@@ -183,6 +185,8 @@ async def _serve(
     say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
     if place.authority is not None:
         say(f"each device trusts {place.authority} once, which it gets at {base}{AUTHORITY}")
+        if reach.is_alone and not is_loopback(place.host):
+            say(reach.fault)
     if not is_built():
         say("its page is not built: in a clone of the repository, make console")
     if show is not None:
