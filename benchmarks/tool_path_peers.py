@@ -1,29 +1,43 @@
 """Descartes of ROS-Industrial on an IRB 2400, from the package tesseract-robotics of PyPI (Apache; not in the extra).
 
-`pip install tesseract-robotics` (Python 3.8 to 3.11; its modules were built for numpy below 2); where it is not there
-the rows say so. Its example robot is in the folder that TESSERACT_SUPPORT_DIR names:
+It has an interpreter of its own, since its modules were built for numpy below 2: TESSERACT_PYTHON names the Python
+(3.8 to 3.11) of an environment with `pip install 'numpy<2' tesseract-robotics`; where it is not there the rows say so.
+Its example robot is in the folder that TESSERACT_SUPPORT_DIR names:
 https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
 """
 
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
+import json
 import os
+import subprocess
+import sys
+import tempfile
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.geometry import quaternion_of
 
 PROFILE, NAMESPACE = "seam", "DescartesMotionPlannerTask"
+NEEDED = "TESSERACT_PYTHON", "TESSERACT_SUPPORT_DIR"
 
 
 def is_there() -> bool:
     """Return whether the package and its robot are there."""
-    return find_spec("tesseract_robotics") is not None and "TESSERACT_SUPPORT_DIR" in os.environ
+    return all(name in os.environ for name in NEEDED)
+
+
+def searched(seams: list[NDArray[np.float64]], rotations: int) -> list[tuple[float, float | None]]:
+    """Return how long the search took (s) along each seam (n, 4, 4), and a joint's greatest step (rad), or None."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "seams.npy"
+        np.save(file, np.array(seams))
+        command = [os.environ["TESSERACT_PYTHON"], __file__, str(file), str(rotations)]
+        told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return [tuple(one) for one in json.loads(told.splitlines()[-1])]
 
 
 class Descartes:
@@ -81,13 +95,17 @@ class Descartes:
 
 
 def _isometry(frame: NDArray[np.float64]) -> Any:  # noqa: ANN401  tesseract's own type
-    from tesseract_robotics.tesseract_common import Isometry3d, Quaterniond, Translation3d
+    from tesseract_robotics.tesseract_common import Isometry3d
 
-    x, y, z, w = quaternion_of(frame).tolist()
-    return Isometry3d.Identity() * Translation3d(*frame[:3, 3].tolist()) * Quaterniond(w, x, y, z)
+    return Isometry3d(np.ascontiguousarray(frame))
 
 
 def _joints(language: Any, instruction: Any) -> NDArray[np.float64]:  # noqa: ANN401  tesseract's own types
     move = language.InstructionPoly_as_MoveInstructionPoly(instruction)
     state = language.WaypointPoly_as_StateWaypointPoly(move.getWaypoint())
     return np.asarray(state.getPosition()).ravel()
+
+
+if __name__ == "__main__":
+    peer = Descartes(int(sys.argv[2]))
+    print(json.dumps([peer.seconds(frames) for frames in np.load(sys.argv[1])]))

@@ -72,8 +72,7 @@ def beside_descartes(seams: list[NDArray[np.float64]], led: list[float], note: s
     if not tool_path_peers.is_there():
         found_alone = row("seams that are led along", len(led), len(seams), "all of them", "", None)
         return [row(title, median(led), 0.0, f"{PEER}: not installed", "s", None, note), found_alone]
-    descartes = tool_path_peers.Descartes(ROTATIONS)
-    theirs = [descartes.seconds(frames) for frames in seams]
+    theirs = tool_path_peers.searched(seams, ROTATIONS)
     smooth = sum(step is not None and step < JUMP for _, step in theirs)
     peer = median([seconds for seconds, step in theirs if step is not None])
     return [

@@ -238,6 +238,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.following")
         for name in ("resolved_rate", "tool_lead")
     },
+    f"{KERNEL}/motion/path.py": (*MOTION, "virtualrobot_kernel.numeric.tridiagonal"),
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Laws are searched, and what moves by them is looked at, at thousands of places.
     **{f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.laws") for name in ("path_law", "rates")},

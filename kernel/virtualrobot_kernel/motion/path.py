@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.numeric.tridiagonal import eliminate
 
 
 def joint_line(q_start: Array, q_goal: Array) -> PiecewisePolynomial:
@@ -70,17 +71,7 @@ def smooth_path(times: Array, positions: Array, velocities: Array | None) -> Pie
 
 
 def solve_tridiagonal(below: Array, diagonal: Array, above: Array, right: Array) -> Array:
-    """Solve a diagonally dominant tridiagonal system (m,) for k right sides (m, k) (Thomas algorithm)."""
-    count = len(diagonal)
-    if count == 0:
-        return right
-    pivot = diagonal.copy()
-    solution = right.copy()
-    for i in range(1, count):
-        factor = below[i - 1] / pivot[i - 1]
-        pivot[i] -= factor * above[i - 1]
-        solution[i] -= factor * solution[i - 1]
-    solution[-1] /= pivot[-1]
-    for i in range(count - 2, -1, -1):
-        solution[i] = (solution[i] - above[i] * solution[i + 1]) / pivot[i]
+    """Return the solutions (m, k) of a diagonally dominant tridiagonal system (m,) for right sides (m, k)."""
+    solution = np.empty(right.shape)
+    eliminate(*map(np.ascontiguousarray, (below, diagonal, above, right)), solution)
     return solution

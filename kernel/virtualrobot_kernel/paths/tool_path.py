@@ -266,10 +266,11 @@ class _Search:
 
     def _check_free(self, timed: PiecewisePolynomial, law: PiecewisePolynomial) -> None:
         """Raise KernelError with the fraction where a trajectory touches, or an actuator is beyond its limits."""
-        for time_, q in zip(timed.breaks.tolist(), timed.evaluate(timed.breaks), strict=True):
-            if not self.space.within(np.clip(q, self._query.lower, self._query.upper)):
-                s = float(law.evaluate(time_)[0])
-                raise self._places.error(s, "an actuator would be beyond its limits", Reason.LIMIT_EXCEEDED)
+        rows = np.clip(timed.evaluate(timed.breaks), self._query.lower, self._query.upper)
+        if not self.space.within(rows):
+            beyond = next(row for row, q in enumerate(rows) if not self.space.within(q))
+            s = float(law.evaluate(timed.breaks[beyond])[0])
+            raise self._places.error(s, "an actuator would be beyond its limits", Reason.LIMIT_EXCEEDED)
         contact = self.space.first_on(timed)
         if contact is not None:
             first, second = names_of((contact.first, contact.second), self._site.snapshot.structure)
