@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, expect
 from virtualrobot import Client
 
 from tests.api.reading import state, step
-from tests.apps.console.browsing import browsers, needs_page
+from tests.apps.console.browsing import browsers, needs_page, row
 from tests.apps.console.consoles import Console
 from tests.apps.console.headsets import Person
 from tests.apps.console.test_xr_page import (
@@ -111,3 +111,15 @@ def test_a_controller_that_is_not_seen_holds_nothing(person: Person, stepped: St
     person.pull(0)
     person.pull()
     until(lambda: is_in(stepped, SUCCEEDED, person))
+
+
+def test_a_robot_that_is_gone_is_told(person: Person, client: Client) -> None:
+    """What is proposed for it goes with it; when it is there again it is chosen at the page."""
+    propose(person, client)
+    client.scene.remove("arm")
+    expect(person.told).to_contain_text("No robot is chosen")
+    person.press("hold")
+    expect(person.told).to_contain_text("No robot is chosen")
+    client.history.undo()
+    row(person.page, "arm").dispatch_event("click")
+    expect(person.told).to_contain_text("Take the ball")

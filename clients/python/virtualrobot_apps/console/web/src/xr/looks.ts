@@ -1,7 +1,7 @@
 // What is said in the room of a proposal, or of what is to be touched, and how that looks.
 import { computed } from "@preact/signals";
 import { goal } from "../kernel/goal";
-import { connection, trouble } from "../kernel/world";
+import { chosen, connection, trouble } from "../kernel/world";
 import { heard } from "./heard";
 import { proposal, type Phase } from "./proposal";
 import { registration } from "./registration";
@@ -33,7 +33,10 @@ export const look = computed<Look>(() => {
   if (registration.next.value) return { title: `Touch ${registration.next.value}`, words: registration.words.value, color: AMBER };
   if (leads.value) return { title: "The ball leads the tool", words: ledWords.value, color: BLUE };
   if (phase === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", words, color: RED };
-  if (phase === "idle" && registration.words.value) return { ...LOOKS.idle, words: [heard.value, registration.words.value].filter(Boolean).join("; ") };
+  if (phase === "idle") {
+    const [idle, how] = chosen.value ? [LOOKS.idle, ""] : [{ ...LOOKS.idle, title: "No robot is chosen" }, "the page's tree has those that there are"];
+    return { ...idle, words: [heard.value, registration.words.value || proposal.words.value, how].filter(Boolean).join("; ") };
+  }
   return { ...LOOKS[phase], words };
 });
 
