@@ -124,6 +124,7 @@ def test_what_is_left_over_counts_where_it_is_more_than_expected() -> None:
         ([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.3, 2.0]], "0.42 m apart at most, seen from above; touch more"),
         ([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "rows of three finite numbers"),
         ([[0.0, 0.0, np.nan], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], "not finite"),
+        ([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1e300, 0.0]], r"1e\+300 m; they are in m, 1e\+06 at most"),
     ],
 )
 def test_poor_points_are_refused(points: list[list[float]], said: str) -> None:

@@ -37,6 +37,9 @@ MOST_NOISE = 5.0
 MOST_TILT = 0.1
 """Tilt (rad) of a device beyond which it has no idea of what is up."""
 
+MOST_METERS = 1e6
+"""Distance (m) of a point from its origin beyond which it is a mistake."""
+
 UP = {
     "z": np.eye(4),
     "y": np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
@@ -158,6 +161,8 @@ def _rows(given: ArrayLike, name: str) -> Floats:
             if rows.ndim != 2 or rows.shape[1] != 3
             else f"the {name} have a number that is not finite"
         )
+    if np.abs(rows).max(initial=0.0) > MOST_METERS:
+        raise InvalidArgumentError(f"the {name} have {np.abs(rows).max():g} m; they are in m, {MOST_METERS:g} at most")
     return rows
 
 
