@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
     from virtualrobot.motions.tool_paths import ToolPath as ToolPath
+    from virtualrobot.motions.tool_paths import ToolPathPartner as ToolPathPartner
     from virtualrobot.motions.tool_paths import path_frames as path_frames
     from virtualrobot.physics import JointMotor as JointMotor
     from virtualrobot.progress import Progress as Progress
@@ -131,7 +132,7 @@ _MODULES = {
     ),
     "motions.moves": ("Move",),
     "motions.paths": ("FreePath",),
-    "motions.tool_paths": ("ToolPath", "path_frames"),
+    "motions.tool_paths": ("ToolPath", "ToolPathPartner", "path_frames"),
     "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "motions.program": ("Program",),
     "motions.proposals": ("Proposal",),

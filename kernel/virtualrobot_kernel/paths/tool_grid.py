@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise, product
 
@@ -17,6 +18,9 @@ from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+Given = Callable[[Floats], Floats]
+"""Values (n, m) of what carries an arm, at parameters (n,) of its path."""
 
 RUNG, RUNG_TURN, MOST_RUNGS = 0.005, 0.1, 400
 """Distance (m) and turn of the frames (rad) from rung to rung, and about how many there are at the most."""
@@ -68,9 +72,14 @@ class Grid:
     wish: Floats
 
 
-def freedom_of(tolerances: Tolerances, arm: LedArm) -> tuple[Tolerances, Floats]:
-    """Return bounds (2, 6 + f) of all free values, those of joints within their limits, and steps (6 + f,)."""
+def freedom_of(tolerances: Tolerances, arm: LedArm, carried: bool = True) -> tuple[Tolerances, Floats]:
+    """Return bounds (2, 6 + f) of all free values, those of joints within their limits, and steps (6 + f,).
+
+    Where what carries is not free (`carried`), as where it is given, its values are 0.
+    """
     ends, turns = np.stack([arm.lower, arm.upper]), arm.turns[arm.free]
+    if not carried:
+        ends[:, arm.held is not None :] = 0.0
     endless = turns & ~np.isfinite(ends).all(axis=0)
     bounds = np.concatenate([tolerances.bounds, np.where(endless, 0.0, ends)], axis=1)
     steps = np.where(turns, HELD_STEPS[1], HELD_STEPS[0])
@@ -182,38 +191,62 @@ def turned_within(joints: Floats, limits: Floats) -> tuple[Floats, NDArray[np.bo
     return np.where(bounded, turn * np.clip(middle, first, np.maximum(first, last)), 0.0), bounded & (first > last)
 
 
+def beyond_limits(q: Floats, limits: Floats, turning: NDArray[np.bool_]) -> Floats:
+    """Return by how much joints q (..., k) are beyond limits (2, k) at the best turns; inf without a posture."""
+    lower, upper = limits
+    middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), q)
+    near = q - np.where(turning, 2.0 * np.pi * np.round((q - middle) / (2.0 * np.pi)), 0.0)
+    beyond = np.maximum(lower - near, near - upper)
+    return np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+
+
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
-    def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
-        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
-        self._arm, self._path = arm, path
-        self.freedom, steps = freedom_of(query.tolerances, arm)
+    def __init__(
+        self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats, given: Given | None = None
+    ) -> None:
+        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s.
+
+        What carries it is free, or where it is given (n, m) at parameters (n,) of the path.
+        """
+        self._arm, self._path, self._given, self._own = arm, path, given, int(arm.held is not None)
+        self.freedom, steps = freedom_of(query.tolerances, arm, given is None)
         pace = ROOM * query.velocity / (SHARE * velocity[arm.free])
         self.rungs, self.grid = laid_out(path, self.freedom, steps, pace)
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
         self._tcp_t_tip, frames = inverse(query.tip_t_tcp), path.poses(self.rungs)
         offsets = frame_t_tools(self.grid.values[:, :6]) @ self._tcp_t_tip
-        free = np.tile(self.grid.values[:, 6:], (len(self.rungs), 1))
+        free = self._free(np.repeat(self.rungs, len(self.grid.values)), np.tile(self.grid.values, (len(self.rungs), 1)))
         q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), free)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]
         self.q, self._wrist = q.reshape(*shape, len(velocity)), wrist.reshape(shape)
         self.blocked = np.zeros(shape, np.int8)
         seconds = np.diff(self.rungs) * path.length / query.velocity
         self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
+        if given is not None:
+            # Those before have kept their speeds.
+            self.most[:, arm.free[self._own :]] = 0.9 * np.pi
         # What slides has no turns, which the search tells by limits, and free values are within theirs.
         self._turned = np.where(self.turning, self._limits, [[-np.inf], [np.inf]])
         self._turned[:, arm.free] = [[-np.inf], [np.inf]]
         # All turns of six joints of two turns each are hundreds: those of a joint are told apart once a way left it.
         self._apart = np.array(turns_of(self._turned)) == 1
 
+    @property
+    def carried(self) -> Floats:
+        """Values (g, m) of what carries the arm, in each combination of free values."""
+        return self.grid.values[:, 6 + self._own :]
+
+    def _free(self, at: Floats, values: Floats) -> Floats:
+        """Return where free joints are (n, f) at parameters (n,), by free values (n, 6 + f)."""
+        if self._given is None:
+            return values[:, 6:]
+        return np.concatenate([values[:, 6 : 6 + self._own], self._given(at)], axis=1)
+
     def excess(self) -> Floats:
         """Return by how much each joint is beyond its limits at the best turns, (n, g, b, k); inf without a posture."""
-        lower, upper = self._limits
-        middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), self.q)
-        near = self.q - np.where(self.turning, 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi)), 0.0)
-        beyond = np.maximum(lower - near, near - upper)
-        return np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+        return beyond_limits(self.q, self._limits, self.turning)
 
     def searched(self) -> tuple[int, Integers, Floats]:
         """Return the number of rungs that are reached, combination and branch on each (n, 2), and joints (n, k)."""
@@ -250,7 +283,7 @@ class Ladder:
 
         def postures(at: Floats, values: Floats) -> Floats:
             tips = self._path.poses(at) @ frame_t_tools(values[:, :6]) @ self._tcp_t_tip
-            found = self._arm.postures(tips, values[:, 6:])[0][:, branch]
+            found = self._arm.postures(tips, self._free(at, values))[0][:, branch]
             near = np.stack([np.interp(at, self.rungs, column) for column in joints.T], axis=1)
             turns = 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))
             return np.where(self.turning, found + turns, found)

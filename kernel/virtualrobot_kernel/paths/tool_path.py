@@ -19,23 +19,18 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.free_path import FreePath, frame_path, within_hull
+from virtualrobot_kernel.motion.free_path import FreePath, within_hull
 from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.planned import Track
-from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked, with_columns
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
-from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.paths.carriers import carriers_of, limits_with
-from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.paths.find import Site
 from virtualrobot_kernel.paths.led_path import LedPath
-from virtualrobot_kernel.paths.space import PathSpace
+from virtualrobot_kernel.paths.together import block_steep, members_of, steep, too_steep, unreached
 from virtualrobot_kernel.paths.tool_grid import Ladder
 from virtualrobot_kernel.paths.tool_query import ToolPathQuery
 from virtualrobot_kernel.paths.tool_reasons import Places, no_way
-from virtualrobot_kernel.planning.planned_move import JERK_RATIO, joint_limits
-from virtualrobot_kernel.planning.robots import arm_of
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.planning.planned_move import JERK_RATIO
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -57,6 +52,12 @@ EXACT = 1e-7
 WIDEST = 4
 """Greatest number of rungs and of steps of free values that are blocked around what failed often."""
 
+ROUNDING = 1e-9
+"""Slope (rad) beyond the greatest one that is rounding."""
+
+TRIES = 8
+"""Number of searches of a partner for what those before it do, before that is looked for anew."""
+
 OWN, HELD = slice(6), slice(6, None)
 """Free values that are the tool's, and those that are joints'."""
 
@@ -70,71 +71,135 @@ def find_tool_path(site: Site, query: ToolPathQuery) -> dict[str, Any]:
     where the tool's speed can't be kept, SINGULARITY or COLLISION.
     """
     started = time.monotonic()
-    search = _Search(site, query)
+    search = _Whole(site, query)
     found = search.found(started + query.time_limit)
-    return {**found, "searches": search.searches, "checks": search.space.checks, "seconds": time.monotonic() - started}
+    return {**found, "searches": search.searches, "checks": search.checks, "seconds": time.monotonic() - started}
+
+
+class _Whole:
+    """Search of all arms together: what one is led by is what all others are."""
+
+    def __init__(self, site: Site, query: ToolPathQuery) -> None:
+        self.site, self.query, self.searches = site, query, 0
+        self.members = members_of(site, query)
+        leader = self.members[0]
+        self.rate = query.velocity / leader.frames.length
+        self.acceleration = min(
+            one.query.acceleration * leader.frames.length / one.frames.length for one in self.members
+        )
+        self.ramp(self.acceleration)
+        self.end = np.inf
+
+    @property
+    def checks(self) -> int:
+        """Number of configurations and ways that were checked."""
+        return sum(one.space.checks for one in self.members)
+
+    def found(self, end: float) -> dict[str, Any]:
+        """Return what is found until a time of the clock."""
+        self.end = end
+        return _Search(self, 0).found()
+
+    def tell(self) -> None:
+        """Tell how far it is; raises when nobody waits any more."""
+        self.site.go_on()
+        self.site.told((self.searches, self.checks))
+
+    def ramp(self, acceleration: float) -> PiecewisePolynomial:
+        """Return the law with an acceleration in m/s²; raise LimitError where it never has the speed."""
+        length, velocity = self.members[0].frames.length, self.query.velocity
+        law = jerk_limited_profile(1.0, self.rate, acceleration / length, JERK_RATIO * acceleration / length)
+        reached = float(law.evaluate(law.breaks, 1).max()) * length
+        if reached < (1.0 - 1e-6) * velocity:
+            raise LimitError(
+                f"the tool path of {1e3 * length:.4g} mm is too short for {velocity:g} m/s: with {acceleration:.4g} "
+                f"m/s^2 the tool reaches {reached:.3g} m/s; go slower or accelerate more",
+                robot=self.query.robot,
+                value=velocity,
+                limit=reached,
+            )
+        return law
 
 
 class _Search:
-    """One search, with what it has learnt so far."""
+    """Search for one arm, with what it has learnt so far; those of its partners are searched within it, one by one."""
 
-    def __init__(self, site: Site, query: ToolPathQuery) -> None:
-        self._site, self._query, self.searches = site, query, 0
-        snapshot = site.snapshot
-        node = snapshot.structure.node(query.robot, Kind.ROBOT)
-        chain = arm_of(snapshot, node, query.group).serial()
-        self._limits = limits_with(joint_limits(snapshot, node, query.joint_names)[0], query.externals)
-        self._arm = led_arm(chain, carriers_of(snapshot, query.base, query.reference, query.externals))
-        self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
-        self._rate = query.velocity / self._frames.length
-        self._ramp(query.acceleration)
-        self._ladder = Ladder(query, self._frames, self._arm, self._limits.velocity)
-        self._places = Places(query.robot, self._frames, self._ladder.rungs)
-        self.space = PathSpace(site.scene, snapshot, query, site.given_up)
+    def __init__(
+        self,
+        whole: _Whole,
+        level: int,
+        before: PiecewisePolynomial | None = None,
+        carried: PiecewisePolynomial | None = None,
+        paths: tuple[FreePath, ...] = (),
+    ) -> None:
+        """Take the place of the arm among all, and by u what those before it do: joints, external axes, tools."""
+        self._whole, self._level, self._member = whole, level, whole.members[level]
+        self._before, self._carried, self._paths = before, carried, paths
+        self._query, self._arm, self._frames = self._member.query, self._member.arm, self._member.frames
+        self._ladder = Ladder(
+            self._query,
+            self._frames,
+            self._arm,
+            self._member.limits.velocity,
+            None if carried is None else carried.evaluate,
+        )
+        self._places = Places(self._query.robot, self._frames, self._ladder.rungs)
         self._looked_at = np.zeros_like(self._ladder.blocked)
         self._touching: dict[int, Pair] = {}
         self._failed: dict[int, KernelError] = {}
         self._failures: Counter[int] = Counter()
+        if level == 0:
+            self._failed |= block_steep(whole.site.snapshot, whole.members, self._ladder)
+            for partner in whole.members[1:]:
+                self._failed |= unreached(partner, self._ladder)
 
-    def found(self, end: float) -> dict[str, Any]:
-        """Return what is found until a time of the clock."""
+    def found(self) -> dict[str, Any]:
+        """Return what is found; raises KernelError where there is nothing, or nothing in time."""
+        tries = 0
         while True:
-            self._site.go_on()
-            self.searches += 1
-            self._site.told((self.searches, self.space.checks))
+            self._whole.tell()
+            self._whole.searches += 1
+            tries += 1
             reached, way, joints = self._ladder.searched()
             if reached < len(way):
-                names = {rung: names_of(pair, self._site.snapshot.structure) for rung, pair in self._touching.items()}
-                raise no_way(self._places, self._ladder, self._limits, reached, names, self._failed)
+                structure = self._whole.site.snapshot.structure
+                names = {rung: names_of(pair, structure) for rung, pair in self._touching.items()}
+                raise no_way(self._places, self._ladder, self._member.limits, reached, names, self._failed)
             failed = None
             if not self._touches(way, joints):
                 for places, freedoms in self._smoothed(way, joints):
-                    self._site.go_on()
-                    self._site.told((self.searches, self.space.checks))
+                    self._whole.tell()
                     try:
                         return self._motion(within_hull(places, freedoms), way, joints)
                     except KernelError as error:
                         if error.reason not in _RETRIED:
                             raise
                         failed = error
+                        if time.monotonic() > self._whole.end:
+                            break
                 assert failed is not None
                 self._block(way, failed)
-            if time.monotonic() > end:
+            if time.monotonic() > self._whole.end:
                 why = f"; the last one ended so: {failed}" if failed else ""
                 raise KernelError(
-                    f"no way of {self._query.robot!r} along the tool path was found in {self._query.time_limit:g} s "
-                    f"and {self.searches} searches, which does not say that there is none; give more time or a wider "
-                    f"tolerance{why}",
+                    f"no way of {self._query.robot!r} along the tool path was found in "
+                    f"{self._whole.query.time_limit:g} s and {self._whole.searches} searches, which does not say that "
+                    f"there is none; give more time or a wider tolerance{why}",
                     reason=Reason.UNREACHABLE,
-                    robot=self._query.robot,
-                    searches=self.searches,
+                    **{
+                        **(failed.metadata if failed else {}),
+                        "robot": self._query.robot,
+                        "searches": self._whole.searches,
+                    },
                 )
+            if failed is not None and self._level and tries >= TRIES:
+                raise failed
 
     def _smoothed(self, way: Integers, joints: Floats) -> Iterator[tuple[Floats, Floats]]:
         """Yield places (m,) and free values (m + 2, f) of a way there, those that are likeliest to do first."""
         for stiffness in STIFFNESS[:2]:
             yield self._ladder.rungs, self._ladder.smoothed(way, stiffness)
-        places, found, share = self._ladder.eased(way, joints, self._limits.acceleration / self._rate**2)
+        places, found, share = self._ladder.eased(way, joints, self._member.limits.acceleration / self._whole.rate**2)
         if share < 1.0:
             yield places, found
         for stiffness in STIFFNESS[2:]:
@@ -156,7 +221,7 @@ class _Search:
         """Block what touches around a posture of a branch that does, farther and farther until something is free."""
         reach, count = 0, 1
         while True:
-            self._site.go_on()
+            self._whole.site.go_on()
             reach = 2 * reach + 1
             around = self._ladder.around(combination, reach)
             postures = self._ladder.q[rung, around, branch]
@@ -169,7 +234,9 @@ class _Search:
 
     def _contacts(self, rungs: Integers, combinations: Integers, branches: Integers, q: Floats) -> list[Pair | None]:
         """Return what touches at nodes (m,) whose postures are q (m, k), and block those where something does."""
-        pairs = self.space.contacts(q)
+        if self._before is not None:
+            q = np.concatenate([self._before.evaluate(self._ladder.rungs[rungs]), q[:, : self._member.own]], axis=1)
+        pairs = self._member.space.contacts(q)
         self._looked_at[rungs, combinations, branches] = 1
         touching = np.array([pair is not None for pair in pairs], np.bool_)
         self._ladder.blocked[rungs[touching], combinations[touching], branches[touching]] = 1
@@ -189,65 +256,85 @@ class _Search:
         """Return the motion along the path with free values (f,); raise KernelError with the fraction."""
         own, held = (PiecewisePolynomial(freedoms.breaks, freedoms.coefficients[:, :, one]) for one in (OWN, HELD))
         path = FreePath(self._frames.pose(0.0), self._frames, own)
+        carried = self._carried
+        if carried is None:
+            carried = PiecewisePolynomial(held.breaks, held.coefficients[:, :, self._arm.held is not None :])
+        else:
+            held = with_columns(held, range(held.dimension - carried.dimension, held.dimension), carried)
+        if self._level == 0:
+            self._check_slopes(carried)
         led = LedPath(self._arm, self._query.tip_t_tcp, path, held, int(way[0, 1]), self._places)
-        followed = led.joints(joints[0], self._limits)
+        followed = led.joints(joints[0], self._member.limits)
+        if self._before is not None:
+            mine = PiecewisePolynomial(followed.breaks, followed.coefficients[:, :, : self._member.own])
+            followed = stacked([self._before, mine])
         law = self._law(followed)
+        paths = (*self._paths, path)
+        if self._level + 1 < len(self._whole.members):
+            self._check_free(followed, None)
+            return _Search(self._whole, self._level + 1, followed, carried, paths).found()
         times, positions, velocities = _rows(followed, law)
         timed = smooth_path(times, positions, velocities)
         self._check_free(timed, law)
-        held = law.breaks[np.flatnonzero(law.evaluate(law.breaks, 1)[:, 0] > (1.0 - 1e-6) * self._rate)[[0, -1]]]
-        passed = _times_at(law, self._frames.frames)
+        rate = self._whole.rate
+        kept = law.breaks[np.flatnonzero(law.evaluate(law.breaks, 1)[:, 0] > (1.0 - 1e-6) * rate)[[0, -1]]]
+        found = [
+            {
+                "times": passed,
+                "positions": timed.evaluate(passed),
+                "freedoms": one.freedoms.evaluate(one.frames.frames),
+                "length": one.length,
+                "velocity": rate * one.length,
+            }
+            for one in paths
+            for passed in (_times_at(law, one.frames.frames),)
+        ]
         return {
-            "times": passed,
-            "positions": timed.evaluate(passed),
-            "freedoms": path.freedoms.evaluate(self._frames.frames),
-            "length": self._frames.length,
-            "held": tuple(held.tolist()),
+            **found[0],
+            "held": tuple(kept.tolist()),
             "duration": law.end,
             "trajectory": (times, positions, velocities),
+            "partners": found[1:],
         }
 
-    def _ramp(self, acceleration: float) -> PiecewisePolynomial:
-        """Return the law with an acceleration in m/s²; raise LimitError where it never has the speed."""
-        length, velocity = self._frames.length, self._query.velocity
-        law = jerk_limited_profile(1.0, self._rate, acceleration / length, JERK_RATIO * acceleration / length)
-        reached = float(law.evaluate(law.breaks, 1).max()) * length
-        if reached < (1.0 - 1e-6) * velocity:
-            raise LimitError(
-                f"the tool path of {1e3 * length:.4g} mm is too short for {velocity:g} m/s: with {acceleration:.4g} "
-                f"m/s^2 the tool reaches {reached:.3g} m/s; go slower or accelerate more",
-                robot=self._query.robot,
-                value=velocity,
-                limit=reached,
-            )
-        return law
+    def _check_slopes(self, carried: PiecewisePolynomial) -> None:
+        """Raise KernelError with the fraction where external axes, by u, let frames slope more than they may."""
+        rungs = self._ladder.rungs
+        for member in self._whole.members:
+            if member.query.slope:
+                over = too_steep(self._whole.site.snapshot, member, rungs, carried.evaluate(rungs))
+                at = int(over.argmax())
+                if over[at] > ROUNDING:
+                    told = Places(member.query.robot, member.frames, rungs)
+                    raise steep(told, float(rungs[at]), float(over[at]), member.query.slope)
 
     def _law(self, followed: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return the law along a joint path that keeps the tool's speed; raise LimitError where joints can't."""
+        every = self._member.all_limits
         rates, bends = followed.derivative(), followed.derivative().derivative()
         for function, power, limits, what, unit in (
-            (rates, 1, self._limits.velocity, "speed", "/s"),
-            (bends, 2, self._limits.acceleration, "acceleration", "/s^2"),
+            (rates, 1, every.velocity, "speed", "/s"),
+            (bends, 2, every.acceleration, "acceleration", "/s^2"),
         ):
-            bound = limits / self._rate**power
+            bound = limits / self._whole.rate**power
             excursion = function.first_excursion(-bound, bound, 0.0)
             if excursion is not None:
-                needed, limit = abs(excursion.value) * self._rate**power, float(limits[excursion.component])
+                needed, limit = abs(excursion.value) * self._whole.rate**power, float(limits[excursion.component])
                 kept = self._query.velocity * (limit / needed) ** (1.0 / power)
-                turns = self._arm.turns[excursion.component]
+                turns = every.names[excursion.component] not in every.sliding
                 raise self._places.error(
                     excursion.parameter,
-                    f"joint {self._limits.names[excursion.component]!r} can't keep the tool's speed of "
+                    f"joint {every.names[excursion.component]!r} can't keep the tool's speed of "
                     f"{self._query.velocity:g} m/s: it would need {what} {needed:.4g} "
                     f"{'rad' if turns else 'm'}{unit}, its limit is {limit:.4g}; it could keep {kept:.3g} m/s",
                     Reason.LIMIT_EXCEEDED,
-                    joint=self._limits.names[excursion.component],
+                    joint=every.names[excursion.component],
                     value=needed,
                     limit=limit,
                 )
-        acceleration, most = self._query.acceleration, self._limits.acceleration
+        acceleration, most = self._whole.acceleration, every.acceleration
         for _ in range(RAMPS):
-            law = self._ramp(acceleration)
+            law = self._whole.ramp(acceleration)
             track = Track(followed, law)
             times = track.grid(1000)
             over = np.abs(track.derivatives(times)[2]) / most
@@ -257,27 +344,33 @@ class _Search:
         row, joint = np.unravel_index(over.argmax(), over.shape)
         raise self._places.error(
             float(law.evaluate(times[row])[0]),
-            f"joint {self._limits.names[joint]!r} can't accelerate so that the tool has its speed there",
+            f"joint {every.names[joint]!r} can't accelerate so that the tool has its speed there",
             Reason.LIMIT_EXCEEDED,
-            joint=self._limits.names[joint],
+            joint=every.names[joint],
             value=float(over.max() * most[joint]),
             limit=float(most[joint]),
         )
 
-    def _check_free(self, timed: PiecewisePolynomial, law: PiecewisePolynomial) -> None:
-        """Raise KernelError with the fraction where a trajectory touches, or an actuator is beyond its limits."""
-        rows = np.clip(timed.evaluate(timed.breaks), self._query.lower, self._query.upper)
-        if not self.space.within(rows):
-            beyond = next(row for row, q in enumerate(rows) if not self.space.within(q))
-            s = float(law.evaluate(timed.breaks[beyond])[0])
-            raise self._places.error(s, "an actuator would be beyond its limits", Reason.LIMIT_EXCEEDED)
-        contact = self.space.first_on(timed)
+    def _check_free(self, path: PiecewisePolynomial, law: PiecewisePolynomial | None) -> None:
+        """Raise KernelError with the fraction where a path touches, or an actuator is beyond its limits.
+
+        Its parameter is time by a law, or the fraction itself.
+        """
+        space, every = self._member.space, self._member.all_limits
+
+        def fraction(at: float) -> float:
+            return at if law is None else float(law.evaluate(at)[0])
+
+        rows = np.clip(path.evaluate(path.breaks), every.lower, every.upper)
+        if not space.within(rows):
+            beyond = next(row for row, q in enumerate(rows) if not space.within(q))
+            why = "an actuator would be beyond its limits"
+            raise self._places.error(fraction(float(path.breaks[beyond])), why, Reason.LIMIT_EXCEEDED)
+        contact = space.first_on(path)
         if contact is not None:
-            first, second = names_of((contact.first, contact.second), self._site.snapshot.structure)
-            s = float(law.evaluate(contact.time)[0])
-            raise self._places.error(
-                s, f"{first!r} would touch {second!r}", Reason.COLLISION, first=first, second=second
-            )
+            first, second = names_of((contact.first, contact.second), self._whole.site.snapshot.structure)
+            why = f"{first!r} would touch {second!r}"
+            raise self._places.error(fraction(contact.time), why, Reason.COLLISION, first=first, second=second)
 
 
 def _times_at(law: PiecewisePolynomial, places: Floats) -> Floats:

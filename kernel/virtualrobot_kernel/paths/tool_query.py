@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,14 @@ from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.free_path import AXES
+from virtualrobot_kernel.motion.free_path import AXES, frame_path
 from virtualrobot_kernel.motion.pose_check import check_poses
-from virtualrobot_kernel.motion.spline import MOST_GOALS, SAME
-from virtualrobot_kernel.paths.carriers import External, externals_of
+from virtualrobot_kernel.motion.spline import MOST_GOALS, SAME, spline
+from virtualrobot_kernel.paths.carriers import ELSEWHERE, MOVES, External, externals_of
 from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.planning.actuators import ActuatorLimit, actuator_limits
 from virtualrobot_kernel.planning.planned_move import cartesian_limits
-from virtualrobot_kernel.planning.robots import arm_of, tip_t_tcp
+from virtualrobot_kernel.planning.robots import arm_of, standing_at, tip_t_tcp
 from virtualrobot_kernel.units import millimetres_question
 from virtualrobot_kernel.world.groups import Group
 from virtualrobot_kernel.world.state import Snapshot
@@ -27,6 +28,13 @@ Floats = NDArray[np.float64]
 
 FARTHEST = (0.1, np.pi)
 """Greatest distance (m) and angle (rad) from a frame, either way, that a tolerance with ends allows."""
+
+
+MOST_PARTNERS = 3
+"""Greatest number of arms that go along with one."""
+
+TOGETHER = 0.02
+"""Greatest part by which a partner's speed may be off the one by which both end together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +62,8 @@ class ToolPathQuery:
         tolerances: how far the tool may be from them.
         velocity: of the frame in m/s, and `acceleration` in m/s².
         time_limit: in s.
+        slope: greatest angle (rad) between the frame's z and straight down; 0: any.
+        partners: arms that go along, by the same external axes; their velocity is what their paths' lengths make it.
     """
 
     robot: str
@@ -74,6 +84,8 @@ class ToolPathQuery:
     velocity: float
     acceleration: float
     time_limit: float
+    slope: float = 0.0
+    partners: tuple[ToolPathQuery, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +93,8 @@ class ToolPathAsked:
     """Tool path as it is asked for: frames (n, 4, 4) in the frame of a node, for a robot or a group of it.
 
     velocity: in m/s, acceleration: in m/s², 0 for the default, time_limit: in s. externals: robots that move along.
+    slope: as in the query. partners: arms that go along, by name, each with its path; velocity 0: whichever the lengths
+    of both make it.
     """
 
     group: Group
@@ -91,6 +105,8 @@ class ToolPathAsked:
     acceleration: float
     time_limit: float
     externals: tuple[str, ...] = ()
+    slope: float = 0.0
+    partners: tuple[tuple[str, ToolPathAsked], ...] = ()
 
 
 def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -> ToolPathQuery:
@@ -99,6 +115,14 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
     Raises UnknownNameError for a robot or node that there is not, and KernelError with the field for frames,
     tolerances and speeds that make no sense, and for an arm whose postures no closed form tells.
     """
+    query = _query(snapshot, robot_name, asked, None)
+    return replace(query, partners=_partners(snapshot, query, asked)) if asked.partners else query
+
+
+def _query(
+    snapshot: Snapshot, robot_name: str, asked: ToolPathAsked, externals: tuple[External, ...] | None
+) -> ToolPathQuery:
+    """Return the query for one arm; of a partner, the external axes are the leader's."""
     robot = snapshot.structure.node(robot_name, Kind.ROBOT)
     group, frames = asked.group, asked.frames
     arm = arm_of(snapshot, robot, group)
@@ -114,9 +138,14 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
         ) from error
     _check_frames(frames)
     _check_tolerances(asked.tolerances)
+    if asked.slope > np.pi:
+        raise KernelError(
+            f"the greatest slope is {asked.slope:g} rad; it is at most half a turn, and 0 for any", field="path"
+        )
     cartesian = cartesian_limits(asked.velocity, asked.acceleration)
     reference = snapshot.structure.node(asked.reference).uid
-    externals = externals_of(snapshot, robot_name, arm.base, reference, asked.externals)
+    if externals is None:
+        externals = externals_of(snapshot, robot_name, arm.base, reference, asked.externals)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ snapshot.world_t(reference)
     limits = list[tuple[ActuatorLimit, int]]()
     count = 0
@@ -148,7 +177,59 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
         cartesian.velocity,
         cartesian.acceleration,
         asked.time_limit,
+        asked.slope,
     )
+
+
+def _partners(snapshot: Snapshot, leader: ToolPathQuery, asked: ToolPathAsked) -> tuple[ToolPathQuery, ...]:
+    """Return the queries of the arms that go along; raises KernelError for what can't go together."""
+    if len(asked.partners) > MOST_PARTNERS:
+        raise _wrong(f"a tool path has at most {MOST_PARTNERS} partners, not {len(asked.partners)}")
+    names, found = [leader.robot], list[ToolPathQuery]()
+    length = _length(leader.frames)
+    for name, path in asked.partners:
+        if name in names:
+            raise _wrong(f"{name!r} is to lead two tools at once; each arm leads one")
+        if name in asked.externals:
+            raise _wrong(
+                f"{name!r} is to lead a tool and to carry: leave it out of the external robots or the partners"
+            )
+        names.append(name)
+        _check_frames(path.frames)
+        own = _length(path.frames)
+        velocity = leader.velocity * own / length
+        if path.velocity and abs(path.velocity / velocity - 1.0) > TOGETHER:
+            raise _wrong(
+                f"{name!r} would end {100.0 * abs(velocity / path.velocity - 1.0):.3g}% apart from {leader.robot!r}: "
+                f"its path has {1e3 * own:.4g} mm at {path.velocity:.4g} m/s, the other one {1e3 * length:.4g} mm at "
+                f"{leader.velocity:.4g} m/s; to end together it has to go by {velocity:.4g} m/s"
+            )
+        found.append(_query(snapshot, name, replace(path, velocity=velocity), leader.externals))
+    _check_apart(snapshot, [leader, *found])
+    return tuple(found)
+
+
+def _length(frames: Floats) -> float:
+    """Return the length (m) of the path through frames."""
+    return frame_path(spline(frames[0], list(frames[1:]))).length
+
+
+def _check_apart(snapshot: Snapshot, arms: Sequence[ToolPathQuery]) -> None:
+    """Raise KernelError where an arm carries another one, or the frame of another one's path."""
+    for one in arms:
+        index = one.q_index[: len(one.joint_names)]
+        moved = standing_at(snapshot, index, snapshot.state.q[index] + ELSEWHERE)
+        for other in arms:
+            for node in (other.base, other.reference):
+                if np.abs(moved.world_t(node) - snapshot.world_t(node)).max() > MOVES:
+                    raise _wrong(
+                        f"{one.robot!r} carries {snapshot.structure.nodes[node].name!r}, which the path of "
+                        f"{other.robot!r} begins at; an arm that leads a tool along a path can't carry another path"
+                    )
+
+
+def _wrong(words: str) -> KernelError:
+    return KernelError(words, field="partners")
 
 
 def _check_frames(frames: Floats) -> None:

@@ -186,3 +186,58 @@ def test_a_process_is_found_by_its_name(tmp_path: Path) -> None:
         file.write_text(text)
         with pytest.raises(MalformedFileError, match=words):
             plan_file(None, file)  # pyright: ignore[reportArgumentType] no client is needed
+
+
+PAIR = (
+    SHORT
+    + """\
+external: [table]
+flat_degrees: 15
+torch: {work_degrees: 40}
+arc: {signal: arc, start_seconds: 0.2, end_seconds: 0.5}
+together:
+- robot: second
+  seams: [{part: wall}]
+- robot: third
+  seams: [{part: wall}]
+  torch: {travel_degrees: 5}
+  speed: 0.02
+  flat_degrees: 30
+  arc: {signal: other, start_seconds: 0.3}
+"""
+)
+
+
+def test_an_arm_that_welds_along_is_as_the_first_one_but_for_what_it_says() -> None:
+    work = read(PAIR)
+    second, third = work.together
+    assert [one.work.torch.robot for one in work.together] == ["second", "third"]
+    assert [one.paced for one in work.together] == [False, True]
+    assert second.work.torch.sources[0].parts == ("wall",) and work.torch.sources[0].parts == ("plate",)
+    assert second.work.torch.work == work.torch.work == pytest.approx(np.radians(40.0))
+    assert third.work.torch.work is None and third.work.torch.travel == pytest.approx(np.radians(5.0))
+    assert [one.torch.speed for one in (work, second.work, third.work)] == [0.01, 0.01, 0.02]
+    assert [one.torch.slope for one in (work, third.work)] == pytest.approx(np.radians([15.0, 30.0]))
+    assert [one.signal for one in (work.switch, *work.switch.others)] == ["arc", "arc", "other"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "told"),
+    [
+        ("- robot: second\n", "- speed: 0.01\n", 11, "the field 'robot' is missing: each arm has its own"),
+        ("  seams: [{part: wall}]\n- robot: third", "- robot: third", 11, "the field 'seams' is missing"),
+        ("  speed: 0.02", "  external: [table]", 16, "'external' is one for all arms"),
+        ("  speed: 0.02", "  split: true", 16, "'split' is one for all arms"),
+        ("  speed: 0.02", "  weeve: 1", 16, "there is no field 'weeve'; did you mean 'weave'?"),
+        ("external: [table]", "split: true", 6, "arms that go together can't go in parts"),
+        ("flat_degrees: 15", "flat_degrees: 0", 7, "a number from 0.1 to 180 belongs here, not 0"),
+        ("- robot: second\n  seams: [{part: wall}]\n", "- second\n", 11, "a mapping (key: value) belongs here"),
+    ],
+)
+def test_what_an_arm_that_welds_along_says_wrong_is_told_with_its_line(
+    old: str, new: str, line: int, told: str
+) -> None:
+    assert old in PAIR
+    with pytest.raises(MalformedFileError) as caught:
+        read(PAIR.replace(old, new, 1))
+    assert f"weld.yaml:{line}: " in str(caught.value) and told in str(caught.value)

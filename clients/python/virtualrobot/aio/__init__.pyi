@@ -89,6 +89,8 @@ from virtualrobot.motions.steps import PickAtOptions as PickAtOptions
 from virtualrobot.motions.steps import PlaceAtOptions as PlaceAtOptions
 from virtualrobot.motions.tool_paths import ExternalMotion as ExternalMotion
 from virtualrobot.motions.tool_paths import Floats as Floats
+from virtualrobot.motions.tool_paths import PartnerMotion as PartnerMotion
+from virtualrobot.motions.tool_paths import ToolPathPartner as ToolPathPartner
 from virtualrobot.motions.tool_paths import ToolPathProgress as ToolPathProgress
 from virtualrobot.physics import JointMotor as JointMotor
 from virtualrobot.physics import PhysicsStatus as PhysicsStatus
@@ -616,7 +618,7 @@ class Paths(Face):
     """Free ways in the world of one kernel."""
     def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., clearance: float = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
-    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., may_touch: Iterable[tuple[str, str]] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
+    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., may_touch: Iterable[tuple[str, str]] = ..., slope: float | None = ..., partners: Sequence[ToolPathPartner] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""
     def find_tool_path_parts(self, robot: Named, frames: ArrayLike, velocity: float, **options: Unpack[ToolPathOptions]) -> Order[tuple[ToolPathPart, ...]]:
         """Return how an arm leads its tool along frames in as few parts as it can, and where it can't at all."""
@@ -729,6 +731,7 @@ class ToolPath(Face):
     checks: int
     searches: int
     external: dict[str, ExternalMotion]
+    partners: dict[str, PartnerMotion]
     @property
     def start_joints(self) -> Order[dict[str, float]]:
         """Joints at the start of the path, by name."""

@@ -22,8 +22,10 @@ from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.motions.tool_path_parts import ToolPathPart, parts_of
 from virtualrobot.motions.tool_paths import (
     ToolPath,
+    ToolPathPartner,
     ToolPathProgress,
     check_at_start,
+    partner_message,
     tool_path_message,
     tool_path_of,
 )
@@ -112,6 +114,8 @@ class ToolPathOptions(TypedDict, total=False):
     group: str | tuple[str, str] | None
     external: Sequence[Named]
     may_touch: Iterable[tuple[str, str]]
+    slope: float | None
+    partners: Sequence[ToolPathPartner]
     progress: Callable[[ToolPathProgress], None] | None
 
 
@@ -221,6 +225,8 @@ class Paths:
         group: str | tuple[str, str] | None = None,
         external: Sequence[Named] = (),
         may_touch: Iterable[tuple[str, str]] = (),
+        slope: float | None = None,
+        partners: Sequence[ToolPathPartner] = (),
         progress: Callable[[ToolPathProgress], None] | None = None,
     ) -> ToolPath:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
@@ -244,6 +250,9 @@ class Paths:
                 positioner; at most three joints in all. The speed is that in the frame of the reference.
             may_touch: pairs of nodes that may touch on this path, such as a cutter and the part that it cuts. The
                 path's program needs `Program.allow` before it, then.
+            slope: the greatest angle (rad) between the z of the frames and straight down, for which external axes are
+                chosen; any by default.
+            partners: arms that go along, each on a path of its own, by one law of time; at most three.
             progress: is called about four times a second; what it raises ends the search. Without it the client's
                 `on_progress` is told.
 
@@ -258,10 +267,11 @@ class Paths:
         request = path_pb2.FindToolPathRequest(
             robot=name_of(robot),
             group=group_message(group),
-            path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}),
+            path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}, slope),
             time_limit_seconds=value_or_default(time_limit, "time_limit"),
             external_robots=map(name_of, external),
             may_touch=pair_messages(may_touch),
+            partners=map(partner_message, partners),
         )
         last = path_pb2.FindToolPathResponse()
         waiting = Waiting("looking for a way along a tool path", self._services.channel.on_progress)
@@ -291,6 +301,10 @@ class Paths:
         poses = np.array(frames, dtype=np.float64)
         if poses.ndim != 3 or len(poses) < 2:
             raise InvalidArgumentError(f"frames have the shape (n, 4, 4), n at least 2, not {poses.shape}")
+        if options.get("partners"):
+            raise InvalidArgumentError(
+                "a tool path with partners can't be gone in parts: they would have to part at the same places"
+            )
         return parts_of(
             len(poses), lambda first, last: self.find_tool_path(robot, poses[first : last + 1], velocity, **options)
         )

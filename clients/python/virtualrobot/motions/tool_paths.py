@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import array_message, array_of, value_or_default
+from virtualrobot._wire.messages import array_message, array_of, group_message, value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 from virtualrobot.geometry import rows_from_poses
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.robots.description import joints_now
 from virtualrobot.v1 import path_pb2
 
@@ -67,6 +68,56 @@ class ExternalMotion:
         return dict(zip(self.joint_names, self.positions[0].tolist(), strict=True))
 
 
+@checked
+@dataclass(frozen=True, slots=True, eq=False)
+class ToolPathPartner:
+    """Arm that leads its tool along a path of its own while another one does, by one law of time.
+
+    Attributes:
+        robot: the robot, or its name.
+        frames: (n, 4, 4) of its tool centre point.
+        velocity: its speed (m/s) along them; by default what makes both end together, from which another one may be 2%
+            off.
+        tolerance: how far its tool may be from its frame, by axis; it, `reference`, `acceleration`, `group` and `slope`
+            are as of `Paths.find_tool_path`.
+    """
+
+    robot: Named
+    frames: ArrayLike
+    velocity: float | None = None
+    tolerance: Mapping[str, float | tuple[float, float] | str] | None = None
+    reference: str = "world"
+    acceleration: float | None = None
+    group: str | tuple[str, str] | None = None
+    slope: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartnerMotion:
+    """Motion of an arm that goes along with another one; times, joints and freedoms as of `ToolPath`.
+
+    Attributes:
+        joint_names: its joints (k,).
+        times: (n,) when each of its frames is passed, in s from the start.
+        positions: (n, k) where the joints are then.
+        freedoms: (n, 6) where its tool is then, seen from its frame.
+        length: of its path (m).
+        velocity: the speed that it keeps along it (m/s).
+    """
+
+    joint_names: tuple[str, ...]
+    times: Floats
+    positions: Floats
+    freedoms: Floats
+    length: float
+    velocity: float
+
+    @property
+    def start_joints(self) -> dict[str, float]:
+        """Joints at the start of the path, by name."""
+        return dict(zip(self.joint_names, self.positions[0].tolist(), strict=True))
+
+
 @shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +137,7 @@ class ToolPath:
         planning_time: the time that finding it took (s).
         checks: number of configurations and ways that were checked for collisions, and `searches`, of searches.
         external: what the robots do that move along, by their names.
+        partners: what the arms do that go along, by their names.
     """
 
     joint_names: tuple[str, ...]
@@ -100,6 +152,7 @@ class ToolPath:
     checks: int
     searches: int
     external: dict[str, ExternalMotion]
+    partners: dict[str, PartnerMotion]
     _services: Services = field(repr=False)
 
     @property
@@ -113,7 +166,7 @@ class ToolPath:
         Raises WrongStateError when a robot is not at the path's start: move it to its `start_joints`.
         """
         check_at_start(self._services, self.program, self.start_joints)
-        for robot, motion in self.external.items():
+        for robot, motion in (*self.external.items(), *self.partners.items()):
             check_joints(self._services, robot, motion.start_joints)
         return self.program.start(**options)
 
@@ -197,6 +250,7 @@ def tool_path_message(
     velocity: float,
     acceleration: float | None,
     tolerance: Mapping[str, float | tuple[float, float] | str],
+    slope: float | None = None,
 ) -> path_pb2.ToolPath:
     """Return a tool path as a message."""
     poses = np.array(frames, dtype=np.float64)
@@ -210,6 +264,7 @@ def tool_path_message(
         reference=reference,
         velocity_meters_per_second=velocity,
         acceleration_meters_per_second_squared=value_or_default(acceleration, "acceleration"),
+        max_slope_radians=value_or_default(slope, "slope"),
     )
     for axis, given in tolerance.items():
         if axis not in AXES:
@@ -246,5 +301,29 @@ def tool_path_of(services: Services, last: path_pb2.FindToolPathResponse) -> Too
         last.checks,
         last.searches,
         {one.robot: ExternalMotion(tuple(one.joint_names), array_of(one.positions)) for one in path.external},
+        {
+            one.robot: PartnerMotion(
+                tuple(one.joint_names),
+                array_of(one.times),
+                array_of(one.positions),
+                array_of(one.freedoms),
+                one.length_meters,
+                one.velocity_meters_per_second,
+            )
+            for one in path.partners
+        },
         services,
     )
+
+
+def partner_message(partner: ToolPathPartner) -> path_pb2.ToolPathPartner:
+    """Return an arm that goes along as a message."""
+    path = tool_path_message(
+        partner.frames,
+        partner.reference,
+        value_or_default(partner.velocity, "velocity"),
+        partner.acceleration,
+        partner.tolerance or {},
+        partner.slope,
+    )
+    return path_pb2.ToolPathPartner(robot=name_of(partner.robot), group=group_message(partner.group), path=path)

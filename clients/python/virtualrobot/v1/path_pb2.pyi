@@ -107,7 +107,7 @@ class AxisTolerance(_message.Message):
     def __init__(self, lower: _Optional[float] = ..., upper: _Optional[float] = ..., free: bool = ...) -> None: ...
 
 class ToolPath(_message.Message):
-    __slots__ = ("frames", "reference", "x", "y", "z", "rotation_x", "rotation_y", "rotation_z", "velocity_meters_per_second", "acceleration_meters_per_second_squared")
+    __slots__ = ("frames", "reference", "x", "y", "z", "rotation_x", "rotation_y", "rotation_z", "velocity_meters_per_second", "acceleration_meters_per_second_squared", "max_slope_radians")
     FRAMES_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
     X_FIELD_NUMBER: _ClassVar[int]
@@ -118,6 +118,7 @@ class ToolPath(_message.Message):
     ROTATION_Z_FIELD_NUMBER: _ClassVar[int]
     VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    MAX_SLOPE_RADIANS_FIELD_NUMBER: _ClassVar[int]
     frames: _geometry_pb2.NumericArray
     reference: str
     x: AxisTolerance
@@ -128,23 +129,36 @@ class ToolPath(_message.Message):
     rotation_z: AxisTolerance
     velocity_meters_per_second: float
     acceleration_meters_per_second_squared: float
-    def __init__(self, frames: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., velocity_meters_per_second: _Optional[float] = ..., acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+    max_slope_radians: float
+    def __init__(self, frames: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., velocity_meters_per_second: _Optional[float] = ..., acceleration_meters_per_second_squared: _Optional[float] = ..., max_slope_radians: _Optional[float] = ...) -> None: ...
 
 class FindToolPathRequest(_message.Message):
-    __slots__ = ("robot", "group", "path", "time_limit_seconds", "external_robots", "may_touch")
+    __slots__ = ("robot", "group", "path", "time_limit_seconds", "external_robots", "may_touch", "partners")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GROUP_FIELD_NUMBER: _ClassVar[int]
     PATH_FIELD_NUMBER: _ClassVar[int]
     TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     EXTERNAL_ROBOTS_FIELD_NUMBER: _ClassVar[int]
     MAY_TOUCH_FIELD_NUMBER: _ClassVar[int]
+    PARTNERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     group: _nodes_pb2.GroupSelection
     path: ToolPath
     time_limit_seconds: float
     external_robots: _containers.RepeatedScalarFieldContainer[str]
     may_touch: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
-    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ..., external_robots: _Optional[_Iterable[str]] = ..., may_touch: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
+    partners: _containers.RepeatedCompositeFieldContainer[ToolPathPartner]
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ..., external_robots: _Optional[_Iterable[str]] = ..., may_touch: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., partners: _Optional[_Iterable[_Union[ToolPathPartner, _Mapping]]] = ...) -> None: ...
+
+class ToolPathPartner(_message.Message):
+    __slots__ = ("robot", "group", "path")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
+    PATH_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    group: _nodes_pb2.GroupSelection
+    path: ToolPath
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ...) -> None: ...
 
 class ExternalMotion(_message.Message):
     __slots__ = ("robot", "joint_names", "positions")
@@ -171,7 +185,7 @@ class FindToolPathResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., elapsed_seconds: _Optional[float] = ..., searches: _Optional[int] = ..., checks: _Optional[int] = ..., path: _Optional[_Union[FoundToolPath, _Mapping]] = ...) -> None: ...
 
 class FoundToolPath(_message.Message):
-    __slots__ = ("joint_names", "times", "positions", "freedoms", "length_meters", "held_from_seconds", "held_until_seconds", "duration_seconds", "spec", "planning_seconds", "external")
+    __slots__ = ("joint_names", "times", "positions", "freedoms", "length_meters", "held_from_seconds", "held_until_seconds", "duration_seconds", "spec", "planning_seconds", "external", "partners")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     TIMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
@@ -183,6 +197,7 @@ class FoundToolPath(_message.Message):
     SPEC_FIELD_NUMBER: _ClassVar[int]
     PLANNING_SECONDS_FIELD_NUMBER: _ClassVar[int]
     EXTERNAL_FIELD_NUMBER: _ClassVar[int]
+    PARTNERS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     times: _geometry_pb2.NumericArray
     positions: _geometry_pb2.NumericArray
@@ -194,4 +209,23 @@ class FoundToolPath(_message.Message):
     spec: _motion_pb2.MotionSpec
     planning_seconds: float
     external: _containers.RepeatedCompositeFieldContainer[ExternalMotion]
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., held_from_seconds: _Optional[float] = ..., held_until_seconds: _Optional[float] = ..., duration_seconds: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., planning_seconds: _Optional[float] = ..., external: _Optional[_Iterable[_Union[ExternalMotion, _Mapping]]] = ...) -> None: ...
+    partners: _containers.RepeatedCompositeFieldContainer[PartnerMotion]
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., held_from_seconds: _Optional[float] = ..., held_until_seconds: _Optional[float] = ..., duration_seconds: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., planning_seconds: _Optional[float] = ..., external: _Optional[_Iterable[_Union[ExternalMotion, _Mapping]]] = ..., partners: _Optional[_Iterable[_Union[PartnerMotion, _Mapping]]] = ...) -> None: ...
+
+class PartnerMotion(_message.Message):
+    __slots__ = ("robot", "joint_names", "times", "positions", "freedoms", "length_meters", "velocity_meters_per_second")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    TIMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    FREEDOMS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    times: _geometry_pb2.NumericArray
+    positions: _geometry_pb2.NumericArray
+    freedoms: _geometry_pb2.NumericArray
+    length_meters: float
+    velocity_meters_per_second: float
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., velocity_meters_per_second: _Optional[float] = ...) -> None: ...

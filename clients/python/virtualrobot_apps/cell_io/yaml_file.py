@@ -82,6 +82,14 @@ class Item:
                 raise self.error(f"the field {name!r} is missing")
         return found
 
+    def beside(self, other: Item, without: str) -> Item:
+        """Return a mapping with what it has, and what it lacks of another one's, but for one key."""
+        own, rest = self.node, other.node
+        assert isinstance(own, yaml.MappingNode) and isinstance(rest, yaml.MappingNode), "mapping() tells others"
+        known = {key.value for key, _ in own.value} | {without}
+        added = [(key, value) for key, value in rest.value if key.value not in known]
+        return Item(self.file, self.path, yaml.MappingNode(own.tag, [*added, *own.value], own.start_mark, own.end_mark))
+
     def items(self) -> list[Item]:
         """Return the items of a list."""
         if not isinstance(self.node, yaml.SequenceNode):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -10,7 +10,7 @@ from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
-from virtualrobot_apps.processes.leading import Leading, Led, Process, at_line, lead, wanted
+from virtualrobot_apps.processes.leading import Accompanying, Leading, Led, Process, at_line, lead, wanted
 from virtualrobot_apps.processes.looking import look_along
 from virtualrobot_apps.processes.process import Look, PlannedProcess
 
@@ -25,23 +25,26 @@ class AlongWays(Generic[Work]):
         read: what a file says; raises MalformedFileError, with file and line, for what it says wrong.
         leading: how its tool is led.
         told: lines about its plan, beside those about each way.
+        partners: arms that go along, where there are any.
     """
 
     read: Callable[[Client, Item], Work]
     leading: Callable[[Work], Leading]
     told: Callable[[Client, Work, Led], Iterable[str]]
+    partners: Callable[[Work], Sequence[Accompanying]] = lambda work: ()
 
     def __call__(self, client: Client, item: Item) -> PlannedProcess:
         """Return the plan in the cell as it is; raises what `lead` raises."""
         work = self._read_here(client, item)
-        led = lead(client, self.leading(work), work)
+        led = lead(client, self.leading(work), work, self.partners(work))
         return led.with_measures(*self.told(client, work, led))
 
     def look(self, client: Client, item: Item) -> tuple[Look, ...]:
         """Return where the tool gets to on each way, in the cell as it is; raises what `lead` raises for the ways."""
         work = self._read_here(client, item)
-        leading = self.leading(work)
-        return look_along(client, leading, list(wanted(client, leading, work)))
+        every = [Accompanying(self.leading(work), work), *self.partners(work)]
+        looks = [look_along(client, one.leading, list(wanted(client, one.leading, one.process))) for one in every]
+        return tuple(look for one in looks for look in one)
 
     def _read_here(self, client: Client, item: Item) -> Work:
         """Return what a file says; raise MalformedFileError, too, for a robot or signal that the cell lacks."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from virtualrobot import Client, Program, ToolPath
@@ -11,10 +11,11 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
-from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Accompanying, Leading, Led, check_frames, read_leading
 from virtualrobot_apps.processes.sources.frames import WAVES, weave
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
+from virtualrobot_apps.processes.together import Together, read_together
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,12 +27,14 @@ class ArcWeld:
         weave: width, length and shape; None without.
         passes: offsets (across, away) of each pass.
         switch: the signal that is true while the arc burns, at the end until the crater is filled.
+        together: arms that weld along with it.
     """
 
     torch: Leading
     weave: tuple[float, float, str] | None = None
     passes: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     switch: Switch = field(default_factory=Switch)
+    together: tuple[Together[ArcWeld], ...] = ()
     what: str = "seam"
 
     def frames(self, way: Way) -> tuple[Floats, float]:
@@ -64,13 +67,15 @@ class ArcWeld:
 
 def read_weld(item: Item) -> ArcWeld:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
-    fields = item.fields((*FIELDS, "seams", "torch", "weave", "passes", "arc"), ("robot", "seams", "speed"))
+    fields = item.fields((*FIELDS, "seams", "torch", "weave", "passes", "arc", "together"), ("robot", "seams", "speed"))
     found: dict[str, object] = {}
     if "weave" in fields:
         given = fields["weave"].fields(("width", "length", "shape"), ("width", "length"))
         shape = given["shape"].one_of(tuple(WAVES)) if "shape" in given else "sine"
         found["weave"] = (given["width"].number(1e-6, 0.1), given["length"].number(1e-6, 1.0), shape)
-    found["switch"] = read_switch(fields.get("arc"))
+    found["together"] = partners = read_together(item, "seams", read_weld)
+    arc = read_switch(fields.get("arc"))
+    found["switch"] = replace(arc, others=tuple(one.work.switch for one in partners))
     if "passes" in fields:
         found["passes"] = tuple(_pass(one) for one in fields["passes"].items())
         if not found["passes"]:
@@ -83,7 +88,11 @@ def _told(_: Client, work: ArcWeld, led: Led) -> tuple[str, ...]:
     return (f"arc on for {led.seconds:.2f} s",)
 
 
-plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told)
+def _partners(work: ArcWeld) -> list[Accompanying]:
+    return [Accompanying(one.work.torch, one.work, one.paced) for one in work.together]
+
+
+plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told, _partners)
 """The plan of arc welding that a file describes."""
 
 

@@ -8,9 +8,10 @@ from typing import Protocol
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from virtualrobot import Client, Move, Program, Robot, ToolPath, pose
+from virtualrobot import Client, Move, Program, Robot, ToolPath, ToolPathPartner, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
 from virtualrobot.motions.paths import ToolPathOptions
+from virtualrobot.motions.tool_paths import PartnerMotion
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
@@ -22,11 +23,13 @@ from virtualrobot_apps.processes.switching import Switch
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
+TOGETHER_SECONDS = 120.0
+"""Longest time of a search for several arms."""
 DENSER = "give a greater step or chord"
 """Remedy for a way that has more frames."""
 FIELDS = (
     *("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "corners", "split"),
-    *("external", "may_touch"),
+    *("external", "may_touch", "flat_degrees"),
 )
 
 
@@ -49,6 +52,7 @@ class Leading:
         corners: what is gone for a way with corners: ways without, or more of them.
         external: the names of robots that move along, as a rail or a positioner does.
         may_touch: the nodes that the tool may touch from where it comes to each way until it has gone from it.
+        slope: how far frames may be from straight down at the most (rad), for which these are chosen; None: any.
         split: whether a way that can't be gone at once is gone in parts.
         straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
     """
@@ -67,6 +71,7 @@ class Leading:
     corners: Callable[[Way], list[Way]] = field(default=lambda way: [way])
     external: tuple[str, ...] = ()
     may_touch: tuple[str, ...] = ()
+    slope: float | None = None
     split: bool = False
     straight: bool = False
 
@@ -155,6 +160,21 @@ class Process(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Accompanying:
+    """Arm that goes along with another one, its n-th stretch with the other's n-th.
+
+    Attributes:
+        leading: how its tool is led.
+        process: its work.
+        paced: whether its speed is that of its stretches; else it is whichever makes both end together.
+    """
+
+    leading: Leading
+    process: Process
+    paced: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Wanted:
     """Stretch that a tool is to go: a way of a source, or a pass on it.
 
@@ -195,6 +215,7 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         density=Density(**density),
         external=_names(fields.get("external")),
         may_touch=_names(fields.get("may_touch")),
+        slope=float(np.radians(fields["flat_degrees"].number(0.1, 180.0))) if "flat_degrees" in fields else None,
         split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
@@ -252,40 +273,47 @@ def _tolerance(item: Item | None) -> dict[str, float | tuple[float, float] | str
     return found
 
 
-def lead(client: Client, leading: Leading, process: Process) -> Led:
-    """Return the plan of a process in the cell as it is. Nothing moves.
+def lead(client: Client, leading: Leading, process: Process, partners: Sequence[Accompanying] = ()) -> Led:
+    """Return the plan of a process in the cell as it is, for an arm and its partners. Nothing moves.
 
-    Between ways the arm goes on free paths.
+    Between ways the arm goes on free paths; where others move along all go by joints.
 
     Raises:
         MalformedFileError: for what the file says wrong, with file and line.
         VirtualRobotError: for what can't be done, with the source where it stands.
     """
-    robot, touched = client.robot(leading.robot), touched_by(client, leading)
+    touched = [pair for one in (leading, *(one.leading for one in partners)) for pair in touched_by(client, one)]
     program, measures = client.program(), list[str]()
     here: dict[str, float] = {}
     working, gone = 0.0, list[Stretch]()
-    for one in wanted(client, leading, process):
+    for one, *others in _beside(client, leading, process, partners):
         name = one.name
         try:
-            paths = _paths(client, leading, one)
+            paths = _paths(client, leading, one, [*zip(partners, others, strict=True)])
             gone.append(Stretch(one.source.parts, one.way, *_gone(one.frames, [path for _, path in paths])))
             for name, path in paths:
-                before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
-                if path.external:
+                arms = _arms(client, leading, partners, path)
+                before, behind = ([arm.away(end) for arm in arms] for end in (0, -1))
+                if path.external or partners:
                     # A free path is looked for where all else stands as it does now.
-                    program.move(robot.ptp(before), *_external(client, path))
+                    program.move(*_by_joints(arms, before), *_external(client, path))
                 else:
-                    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                    program.call(client.paths.find(arms[0].robot, before[0], start=here).program, f"to {name}")
                 if touched:
                     program.allow((*pair, "it works there") for pair in touched)
-                program.move(_straight(client, robot, path.start_joints, leading))
+                program.move(*(arm.straight(client, arm.path.start_joints) for arm in arms))
                 working += process.along(program, path, name)
-                program.move(_straight(client, robot, behind, leading))
+                program.move(*(arm.straight(client, joints) for arm, joints in zip(arms, behind, strict=True)))
                 if touched:
                     program.allow(forbid=touched)
-                here = behind
-                measures.append(_measure(name, one.way.length if name == one.name else path.length, path))
+                here = behind[0]
+                length = one.way.length if name == one.name else path.length
+                measures.append(_measure(name, length, path.duration, path.freedoms, path))
+            for partner, other in zip(partners, others, strict=True):
+                moved = paths[0][1].partners[partner.leading.robot]
+                gone.append(Stretch(other.source.parts, other.way, *_gone(other.frames, [moved])))
+                told = f"{partner.leading.robot}, {other.name}"
+                measures.append(_measure(told, other.way.length, float(moved.times[-1]), moved.freedoms))
         except VirtualRobotError as error:
             raise at_line(one.source.item, name, error) from None
     return Led(program, tuple(measures), working, tuple(gone))
@@ -304,6 +332,51 @@ def touched_by(client: Client, leading: Leading) -> list[tuple[str, str]]:
     return [pair for pair in pairs if frozenset(pair) not in anyway]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arm:
+    """Arm on a path: how it is led, and its motion."""
+
+    robot: Robot
+    leading: Leading
+    path: ToolPath | PartnerMotion
+
+    def away(self, row: int) -> dict[str, float]:
+        """Return the joints at which the tool is before its first or last place, back along its z."""
+        return _before(self.robot, self.leading.approach, self.path, row)
+
+    def straight(self, client: Client, joints: dict[str, float]) -> Move:
+        """Return the move by which the tool comes or goes."""
+        return _straight(client, self.robot, joints, self.leading)
+
+
+def _arms(client: Client, leading: Leading, partners: Sequence[Accompanying], path: ToolPath) -> list[_Arm]:
+    """Return the arm that leads, and its partners, on a path."""
+    others = [(one.leading, path.partners[one.leading.robot]) for one in partners]
+    return [_Arm(client.robot(led.robot), led, motion) for led, motion in [(leading, path), *others]]
+
+
+def _by_joints(arms: Sequence[_Arm], joints: Sequence[dict[str, float]]) -> list[Move]:
+    return [arm.robot.ptp(there) for arm, there in zip(arms, joints, strict=True)]
+
+
+def _beside(
+    client: Client, leading: Leading, process: Process, partners: Sequence[Accompanying]
+) -> Iterator[tuple[Wanted, ...]]:
+    """Yield what is to be gone at once: by the arm that leads, and by its partners."""
+    own = wanted(client, leading, process)
+    if not partners:
+        yield from ((one,) for one in own)
+        return
+    every = [list(own), *(list(wanted(client, one.leading, one.process)) for one in partners)]
+    for partner, found in zip(partners, every[1:], strict=True):
+        if len(found) != len(every[0]):
+            raise partner.leading.sources[0].item.error(
+                f"{partner.leading.robot!r} has {len(found)} of what {leading.robot!r} has {len(every[0])}: each "
+                f"{process.what} of one goes with that of the other"
+            )
+    yield from zip(*every, strict=True)
+
+
 def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wanted]:
     """Yield what the tool of a process is to go, one after the other; raises as `lead` does for the ways."""
     cell = cell_of(client)
@@ -320,11 +393,34 @@ def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wante
             raise at_line(source.item, name, error) from None
 
 
-def _paths(client: Client, leading: Leading, one: Wanted) -> list[tuple[str, ToolPath]]:
+def _paths(
+    client: Client, leading: Leading, one: Wanted, partners: Sequence[tuple[Accompanying, Wanted]] = ()
+) -> list[tuple[str, ToolPath]]:
     """Return the tool paths along what is wanted, by their names: one, or the fewest where they may be split."""
     name, where = one.name, one.source.parts[0]
-    led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": where, "external": leading.external}
-    led["may_touch"] = touched_by(client, leading)
+    led: ToolPathOptions = {
+        "tolerance": leading.tolerance,
+        "reference": where,
+        "external": leading.external,
+        "slope": leading.slope,
+        "may_touch": [
+            pair for one in (leading, *(one.leading for one, _ in partners)) for pair in touched_by(client, one)
+        ],
+        "partners": [
+            ToolPathPartner(
+                partner.leading.robot,
+                other.frames,
+                other.speed if partner.paced else None,
+                partner.leading.tolerance,
+                other.source.parts[0],
+                slope=partner.leading.slope,
+            )
+            for partner, other in partners
+        ],
+    }
+    if partners:
+        # Several arms are searched one within the other.
+        led["time_limit"] = TOGETHER_SECONDS
     if not leading.split:
         return [(name, client.paths.find_tool_path(leading.robot, one.frames, one.speed, **led))]
     parts = client.paths.find_tool_path_parts(leading.robot, one.frames, one.speed, **led)
@@ -339,7 +435,7 @@ def _paths(client: Client, leading: Leading, one: Wanted) -> list[tuple[str, Too
     ]
 
 
-def _gone(frames: Floats, paths: Sequence[ToolPath]) -> tuple[Floats, Floats]:
+def _gone(frames: Floats, paths: Sequence[ToolPath | PartnerMotion]) -> tuple[Floats, Floats]:
     """Return where a tool is (n, 4, 4) that has freedom at frames, and when (s), on paths that follow each other.
 
     Each begins at the frame where the one before ends. What it turns about itself is left out.
@@ -363,7 +459,7 @@ def check_frames(frames: Floats, way: Way, remedy: str) -> None:
         )
 
 
-def _before(robot: Robot, approach: float, path: ToolPath, row: int) -> dict[str, float]:
+def _before(robot: Robot, approach: float, path: ToolPath | PartnerMotion, row: int) -> dict[str, float]:
     """Return the joints at which the tool is before its first or last place on a path, back along its z."""
     here = dict(zip(path.joint_names, path.positions[row].tolist(), strict=True))
     away = robot.solve_forward(here).world_t_tcp @ pose(z=-approach)
@@ -397,10 +493,11 @@ def at_line(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotErro
     return type(error)(f"{item.file}:{item.line}: {name}: {error.message}", error.reason, metadata, error.code)
 
 
-def _measure(name: str, length: float, path: ToolPath) -> str:
-    """Return a line about a way: its length and time, and how far the tool leans from its angles."""
-    lean = np.degrees(np.abs(path.freedoms[:, 3:5]).max(axis=0))
+def _measure(name: str, length: float, seconds: float, freedoms: Floats, path: ToolPath | None = None) -> str:
+    """Return a line about a way: its length and time, how far the tool leans from its angles, and how it was found."""
+    lean = np.degrees(np.abs(freedoms[:, 3:5]).max(axis=0))
+    found = f", {path.searches} searches, {path.checks} checks" if path is not None else ""
     return (
-        f"{name}: {1e3 * length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
-        f"within {lean[1]:.1f} degrees of what is wanted, {path.searches} searches, {path.checks} checks"
+        f"{name}: {1e3 * length:.1f} mm in {seconds:.2f} s, work angle within {lean[0]:.1f} and travel angle "
+        f"within {lean[1]:.1f} degrees of what is wanted{found}"
     )

@@ -22,6 +22,7 @@ class Switch:
         value: what it has along the way: true, or a number; before and after it is false, or 0.
         start_seconds: how long the tool stands at the beginning with it on.
         end_seconds: how long it does so at the end.
+        others: switches of arms that go along; all stand as long as the one that needs longest.
         item: where a file says so.
     """
 
@@ -29,6 +30,7 @@ class Switch:
     value: bool | float = True
     start_seconds: float = 0.0
     end_seconds: float = 0.0
+    others: tuple[Switch, ...] = ()
     item: Item | None = field(default=None, compare=False, repr=False)
 
     def check(self, signals: Mapping[str, object]) -> None:
@@ -36,6 +38,8 @@ class Switch:
 
         signals: their values, by name.
         """
+        for one in self.others:
+            one.check(signals)
         if self.signal is None or self.item is None:
             return
         if self.signal not in signals:
@@ -61,14 +65,15 @@ class Switch:
         """Add a tool path to a program, with the signal, which stays on; return how long that takes (s)."""
         self.on(program)
         program.call(path.program, name)
-        self.stand(program, self.end_seconds)
-        return path.duration + self.start_seconds + self.end_seconds
+        self.stand(program, self._longest("end_seconds"))
+        return path.duration + self._longest("start_seconds") + self._longest("end_seconds")
 
     def on(self, program: Program) -> None:
         """Add to a program that the signal is on from here on, and that the tool stands for its beginning."""
-        if self.signal is not None:
-            program.set(self.signal, self.value)
-        self.stand(program, self.start_seconds)
+        for one in (self, *self.others):
+            if one.signal is not None:
+                program.set(one.signal, one.value)
+        self.stand(program, self._longest("start_seconds"))
 
     def stand(self, program: Program, seconds: float) -> None:
         """Add to a program that it stands for a time, where that is above 0."""
@@ -77,8 +82,12 @@ class Switch:
 
     def off(self, program: Program) -> None:
         """Add to a program that the signal is off from here on."""
-        if self.signal is not None:
-            program.set(self.signal, False if self.value is True else 0.0)
+        for one in (self, *self.others):
+            if one.signal is not None:
+                program.set(one.signal, False if one.value is True else 0.0)
+
+    def _longest(self, name: str) -> float:
+        return max(getattr(one, name) for one in (self, *self.others))
 
 
 def read_switch(item: Item | None) -> Switch:
@@ -89,5 +98,7 @@ def read_switch(item: Item | None) -> Switch:
         return Switch(item.text(), item=item)
     fields = item.fields(("signal", "value", "start_seconds", "end_seconds"), ("signal",))
     value = fields["value"].number() if "value" in fields else True
-    times = {name: fields[name].number(0.0, LONGEST) for name in ("start_seconds", "end_seconds") if name in fields}
-    return Switch(fields["signal"].text(), value, **times, item=fields["signal"])
+    start, end = (
+        fields[name].number(0.0, LONGEST) if name in fields else 0.0 for name in ("start_seconds", "end_seconds")
+    )
+    return Switch(fields["signal"].text(), value, start, end, item=fields["signal"])

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.v1 import geometry_pb2, motion_pb2, path_pb2
+from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, path_pb2
 from virtualrobot_sdk.poses import from_quaternion
 
 from virtualrobot_kernel.api.convert.paths import time_limit
@@ -34,30 +34,48 @@ def tool_path_asked(request: path_pb2.FindToolPathRequest) -> ToolPathAsked:
         not_negative(path.acceleration_meters_per_second_squared, "path.acceleration_meters_per_second_squared"),
         time_limit(request.time_limit_seconds, SECONDS),
         tuple(request.external_robots),
+        not_negative(path.max_slope_radians, "path.max_slope_radians"),
+        tuple(_partner(one, f"partners[{number}]") for number, one in enumerate(request.partners)),
     )
 
 
-def _frames(message: geometry_pb2.NumericArray) -> NDArray[np.float64]:
-    rows = array(message, (None, 7), "path.frames")
+def _partner(message: path_pb2.ToolPathPartner, field: str) -> tuple[str, ToolPathAsked]:
+    path = message.path
+    return message.robot, ToolPathAsked(
+        group_selection(message.group, f"{field}.group"),
+        _frames(path.frames, f"{field}.path.frames"),
+        path.reference,
+        _tolerances(path, f"{field}.path"),
+        not_negative(path.velocity_meters_per_second, f"{field}.path.velocity_meters_per_second"),
+        not_negative(
+            path.acceleration_meters_per_second_squared, f"{field}.path.acceleration_meters_per_second_squared"
+        ),
+        0.0,
+        slope=not_negative(path.max_slope_radians, f"{field}.path.max_slope_radians"),
+    )
+
+
+def _frames(message: geometry_pb2.NumericArray, field: str = "path.frames") -> NDArray[np.float64]:
+    rows = array(message, (None, 7), field)
     frames = np.tile(np.eye(4), (len(rows), 1, 1))
     for number, row in enumerate(rows):
         if not np.linalg.norm(row[3:]) > 0.1:
             raise KernelError(
                 f"frames[{number}] of the tool path has the quaternion {row[3:].tolist()}; its length must be 1",
-                field="path.frames",
+                field=field,
                 frame=number,
             )
-        frames[number, :3, :3] = from_quaternion(snapped(row[3:], f"path.frames[{number}]"))
+        frames[number, :3, :3] = from_quaternion(snapped(row[3:], f"{field}[{number}]"))
         frames[number, :3, 3] = row[:3]
     return frames
 
 
-def _tolerances(path: path_pb2.ToolPath) -> Tolerances:
+def _tolerances(path: path_pb2.ToolPath, field: str = "path") -> Tolerances:
     bounds, endless = np.zeros((2, len(AXES))), np.zeros(len(AXES), np.bool_)
     for place, axis in enumerate(AXES):
         if path.HasField(axis):  # pyright: ignore[reportArgumentType] the axes are fields
             message: path_pb2.AxisTolerance = getattr(path, axis)
-            bounds[:, place] = [finite(getattr(message, end), f"path.{axis}.{end}") for end in ("lower", "upper")]
+            bounds[:, place] = [finite(getattr(message, end), f"{field}.{axis}.{end}") for end in ("lower", "upper")]
             endless[place] = message.free
     return Tolerances(bounds, endless)
 
@@ -65,10 +83,12 @@ def _tolerances(path: path_pb2.ToolPath) -> Tolerances:
 def found_tool_path(query: ToolPathQuery, found: Mapping[str, Any]) -> path_pb2.FoundToolPath:
     """Return the result of `find_tool_path` as a message."""
     times, positions, velocities = found["trajectory"]
-    group = selection_message(query.group) if query.group != WHOLE else None
-    own = (query.robot, group, query.joint_names)
+    own = (query.robot, _selection(query), query.joint_names)
     moves, external, first = list[motion_pb2.Move](), list[path_pb2.ExternalMotion](), 0
-    for robot, of, names in (own, *((one.robot, None, one.joint_names) for one in query.externals)):
+    partners = list[path_pb2.PartnerMotion]()
+    others = [(one.robot, None, one.joint_names) for one in query.externals]
+    others += [(one.robot, _selection(one), one.joint_names) for one in query.partners]
+    for robot, of, names in (own, *others):
         columns = slice(first, first + len(names))
         first = columns.stop
         trajectory = motion_pb2.JointTrajectory(
@@ -78,7 +98,10 @@ def found_tool_path(query: ToolPathQuery, found: Mapping[str, Any]) -> path_pb2.
             velocities=array_message(velocities[:, columns]),
         )
         moves.append(motion_pb2.Move(robot=robot, group=of, joint_trajectory=trajectory))
-        if len(moves) > 1:
+        place = len(moves) - 2 - len(query.externals)
+        if place >= 0:
+            partners.append(_partner_motion(robot, names, columns, found["partners"][place]))
+        elif len(moves) > 1:
             there = array_message(found["positions"][:, columns])
             external.append(path_pb2.ExternalMotion(robot=robot, joint_names=names, positions=there))
     return path_pb2.FoundToolPath(
@@ -93,4 +116,23 @@ def found_tool_path(query: ToolPathQuery, found: Mapping[str, Any]) -> path_pb2.
         spec=motion_pb2.MotionSpec(steps=[motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=moves))]),
         planning_seconds=found["seconds"],
         external=external,
+        partners=partners,
+    )
+
+
+def _selection(query: ToolPathQuery) -> nodes_pb2.GroupSelection | None:
+    return selection_message(query.group) if query.group != WHOLE else None
+
+
+def _partner_motion(
+    robot: str, names: Sequence[str], columns: slice, found: Mapping[str, Any]
+) -> path_pb2.PartnerMotion:
+    return path_pb2.PartnerMotion(
+        robot=robot,
+        joint_names=names,
+        times=array_message(found["times"]),
+        positions=array_message(found["positions"][:, columns]),
+        freedoms=array_message(found["freedoms"]),
+        length_meters=found["length"],
+        velocity_meters_per_second=found["velocity"],
     )

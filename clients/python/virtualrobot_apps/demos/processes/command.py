@@ -12,6 +12,7 @@ from virtualrobot_apps.vehicles.command import HEADLESS, SPEED, pace_of, stepped
 
 DEMOS = {
     "weld": ("pipes", "Watch an arm weld a branch onto a pipe: a saddle, once around."),
+    "girth": ("pair", "Watch two arms weld both seams of a mitred pipe at once, while a rotator turns it under them."),
     "paint": ("booth", "Watch an arm paint a hood that is bent both ways, pass beside pass."),
     "dispense": ("gluing", "Watch an arm lay a bead of glue on a lid, once around."),
     "polish": ("polishing", "Watch an arm polish the top of a lid, by a pad on a spring."),

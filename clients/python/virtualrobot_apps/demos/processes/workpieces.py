@@ -18,6 +18,8 @@ NECK = 0.06
 """Radius of the bend of a torch's neck."""
 BENT = np.radians(45.0)
 """Angle by which a torch's neck is bent, and a spray gun."""
+GROOVE, GROOVES, MITRE = 0.088, (0.2, 0.5), np.radians(6.0)
+"""Radius of the grooves of a pipe, where they are on its axis, and how far their planes lean."""
 BALL, CAP = 0.25, 0.08
 """Radius of the ball whose cap a lid is, and its height."""
 
@@ -33,6 +35,20 @@ def _joined(*bodies: Trimesh) -> Trimesh:
 def pipes() -> Trimesh:
     """Return a pipe along y with a branch upwards: their seam is a saddle."""
     return _joined(_rod(0.09, [0, -0.25, 0], [0, 0.25, 0], 72), _rod(0.05, [0, 0, 0], [0, 0, 0.22], 72))
+
+
+def pipe() -> Trimesh:
+    """Return a pipe along x of three mitred segments, between them grooves; a groove's bottom is a circle of 88 mm."""
+    whole = trimesh.boolean.difference(
+        [_rod(0.1, [0, 0, 0], [0.7, 0, 0], 96), _rod(0.075, [-0.1, 0, 0], [0.8, 0, 0], 96)], engine="manifold"
+    )
+    profile = [[GROOVE, 0.0], [GROOVE + 0.04, -0.04], [GROOVE + 0.04, 0.04], [GROOVE, 0.0]]
+    for place in GROOVES:
+        ring = trimesh.creation.revolve(profile, sections=72)
+        ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2.0 + MITRE, [0, 1, 0]))
+        ring.apply_translation([place, 0, 0])
+        whole = trimesh.boolean.difference([whole, ring], engine="manifold")
+    return whole
 
 
 def flange() -> Trimesh:
@@ -142,7 +158,7 @@ def probe() -> Trimesh:
 
 
 BODIES: tuple[Callable[[], Trimesh], ...] = (
-    *(pipes, flange, hood, lid),
+    *(pipes, pipe, flange, hood, lid),
     *(torch, spindle, gun, dispenser, head, disc, electrode, probe),
 )
 """Functions that make the bodies; a file has the name of its function."""
