@@ -37,6 +37,15 @@ MOVE = """([x, y, z]) => {
   position.set(position.x + x, position.y + y, position.z + z);
 }"""
 
+WRITTEN = """
+window.written = [];
+const fill = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+  window.written.push(text);
+  fill.call(this, text, ...more);
+};
+"""
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
@@ -48,7 +57,7 @@ def browser() -> Iterator[Browser]:
 def person(browser: Browser, console: Console, client: Client) -> Iterator[Person]:
     for name, place in PLACES.items():
         client.scene.add_frame(name, pose=virtualrobot.pose(*place))
-    with in_room(browser, console, "arm", by_hand=True, script=UNDRAWN) as one:
+    with in_room(browser, console, "arm", by_hand=True, script=UNDRAWN + WRITTEN) as one:
         yield one
 
 
@@ -81,6 +90,20 @@ def test_a_pinch_does_not_shift_what_was_touched(person: Person, client: Client)
     expect(person.told).to_contain_text("registered, points off by 0.0 mm at most")
     until(lambda: "headset" in client.scene)
     np.testing.assert_allclose(client.scene.pose("headset"), virtualrobot.pose(y=-AHEAD) @ Y_UP, atol=FLOAT32)
+
+
+def test_the_panel_has_all_of_what_is_wrong(person: Person, client: Client) -> None:
+    """250 letters, in smaller ones."""
+    person.press("register")
+    for name, place in zip(PLACES, reversed(PLACES.values()), strict=True):
+        expect(person.told).to_contain_text(f"Touch {name}")
+        put(person, place)
+        person.page.evaluate("still", SETTLED_MS)
+        pinch(person)
+    expect(person.told).to_contain_text("the touches don't fit the points")
+    until(lambda: "y is up for the device" in " ".join(person.page.evaluate("written")[-40:]))
+    assert not any("…" in text for text in person.page.evaluate("written"))
+    assert "headset" not in client.scene
 
 
 @pytest.mark.parametrize(

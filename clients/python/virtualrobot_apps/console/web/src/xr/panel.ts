@@ -36,7 +36,8 @@ const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] =
 ];
 const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", lead: "Lead", register: "Register", leave: "Leave", smaller: "Smaller", life: "Life size", larger: "Larger" };
 const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
-const MOST_LINES = 3;
+/** Sizes of words (px), the smaller one for those that the larger one has no room for, with the lines that there are and how far apart. */
+const WORDS = [{ size: 28, most: 3, apart: 36 }, { size: 22, most: 4, apart: 27 }];
 /** Numbers that go on changing, as while a tool is dragged, are written so often (ms): writing takes longer than all else of a picture. */
 const NUMBERS_MS = 150;
 const FONT = "Inter Variable, sans-serif";
@@ -96,7 +97,10 @@ export class Panel {
     rounded(pen, [0, 0, width, height], "#15191ff2", 24);
     rounded(pen, [0, 24, 12, 200], cssOf(ink), 6);
     write(pen, title, 36, 64, `600 46px ${FONT}`, cssOf(ink));
-    lines(pen, words, width - 60, 28).forEach((line, row) => write(pen, line, 36, 112 + 36 * row, `28px ${FONT}`, "#e4e9ef"));
+    const forms = WORDS.map((form) => ({ ...form, rows: lines(pen, words, width - 60, form.size) }));
+    const { size, most, apart, rows } = forms.find(({ rows, most }) => rows.length <= most) ?? forms.at(-1)!;
+    const shown = rows.length > most ? [...rows.slice(0, most - 1), `${rows[most - 1]} …`] : rows;
+    shown.forEach((line, row) => write(pen, line, 36, 112 + apart * row, `${size}px ${FONT}`, "#e4e9ef"));
     write(pen, robot, 36, 230, `26px ${FONT}`, "#9aa6b4");
     for (const [press, area, color] of BUTTONS) {
       const [left, top, wide, high] = area;
@@ -143,5 +147,5 @@ function lines(pen: CanvasRenderingContext2D, text: string, width: number, size:
     if (found.length > 0 && pen.measureText(longer).width <= width) found[found.length - 1] = longer;
     else found.push(word);
   }
-  return found.length > MOST_LINES ? [...found.slice(0, MOST_LINES - 1), `${found[MOST_LINES - 1]} …`] : found;
+  return found;
 }
