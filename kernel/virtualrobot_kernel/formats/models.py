@@ -27,6 +27,7 @@ from virtualrobot_kernel.world.structure import (
     LinkPair,
     NodeSpec,
     PartData,
+    RobotData,
     ToolData,
     ToolWidth,
 )
@@ -53,12 +54,14 @@ class TranslatedScene:
         uri: the original file, from which names in the text count.
         warnings: what was odd.
         craft: what its robot is, as a table of models tells; None where it tells nothing.
+        payload: the greatest load at its robot's flange (kg), as that tells; 0 where it tells nothing.
     """
 
     text: str
     uri: str
     warnings: tuple[FileWarning, ...] = ()
     craft: ModelCraft | None = None
+    payload: float = 0.0
 
 
 def import_model(
@@ -112,22 +115,23 @@ def import_model(
         raise _bad_argument(f"the base joint cannot be {base_joint.value[0]}; valid: {valid}", valid=valid)
     if 0.0 in scale:
         raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
-    known, touching, tool, craft = model_table.named_by(uri), (), None, None
+    known, touching, tool, craft, payload = model_table.named_by(uri), (), None, None, 0.0
     if known and uri not in files.uploaded:
         model = model_table.find(library.importers.models, known)
         if model.scene:
             _refuse_mesh_fields(uri, as_part, scale)
             _refuse_srdf(uri, srdf_uri)
-            return TranslatedScene(model.scene, uri)
+            return TranslatedScene(model.scene, uri, payload=float(model.payload_kilograms))
         uri, srdf_uri, touching, tool = model.uri, srdf_uri or model.srdf, model.touching, model.tool
         settings = {**model.settings, **(settings or {})}
         craft = model.craft if base_joint is not JointType.FIXED else None
+        payload = float(model.payload_kilograms)
     kind = ending(uri)
     if known and kind == ".yaml":
         _refuse_mesh_fields(uri, as_part, scale)
         _refuse_srdf(uri, srdf_uri)
         file = files.read(uri)
-        return TranslatedScene(file.data.decode(), file.key, craft=craft)
+        return TranslatedScene(file.data.decode(), file.key, craft=craft, payload=payload)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
     if kind not in formats:
         right = "" if kind else model_table.hint(library.importers.models, uri)
@@ -180,7 +184,7 @@ def import_model(
             robot = with_semantics(robot, semantics)
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
-        robot = with_allowed(robot, (LinkPair(*pair) for pair in touching))
+        robot = with_payload(with_allowed(robot, (LinkPair(*pair) for pair in touching)), payload)
         own = (robot, *model.nodes[1:])
         nodes = (*(as_craft(own, craft) if craft else own), *([tool_of(tool, robot.name)] if tool else []))
         return ImportedModel(nodes, model.mesh_count, (*warnings, *model.warnings))
@@ -201,6 +205,12 @@ def import_model(
         data=PartData() if as_part else None,
     )
     return ImportedModel((node,), 1, tuple(warnings))
+
+
+def with_payload(robot: NodeSpec, kilograms: float) -> NodeSpec:
+    """Return a robot with the greatest load at its flange."""
+    data = robot.data if isinstance(robot.data, RobotData) else RobotData()
+    return replace(robot, data=replace(data, payload_kilograms=kilograms))
 
 
 def tool_of(tool: ModelTool, robot: str) -> NodeSpec:

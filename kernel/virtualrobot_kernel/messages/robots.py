@@ -61,6 +61,7 @@ ROBOT = Table(
     actuators=ACTUATORS,
     craft=CRAFT,
     motors=MOTOR,
+    payload_kilograms=NOT_NEGATIVE,
     without=("joint_names",),
 )
 

@@ -121,6 +121,14 @@ def bodies_of(snapshot: Snapshot, robot: Node) -> Bodies:
     )
 
 
+def load_of(snapshot: Snapshot, robot: Node) -> float:
+    """Return the mass (kg) of what hangs at the flange of a robot, as far as it is known: tools, and what they hold."""
+    structure = snapshot.structure
+    index = structure.robots[robot.uid]
+    found = (inertial_of(node) for node in structure.below(index.flange) if node.uid not in index.links)
+    return sum(one.mass for one in found if one is not None)
+
+
 def inertial_of(node: Node, warnings: list[str] | None = None) -> Inertial | None:
     """Return the mass of a node and how it is spread; say in `warnings`, where given, what is unknown.
 

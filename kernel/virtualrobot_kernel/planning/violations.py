@@ -14,6 +14,7 @@ from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import Excursion, PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.bodies import load_of
 from virtualrobot_kernel.planning.carried_bases import CarriedBases
 from virtualrobot_kernel.planning.dynamics import first_violation
 from virtualrobot_kernel.planning.foreseen import after, at
@@ -24,7 +25,7 @@ from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Joint, JointType, Kind
+from virtualrobot_kernel.world.structure import Joint, JointType, Kind, RobotData
 
 SAMPLED_TOLERANCE = 1e-3
 """Share by which a law may exceed limits that its planner has verified on a grid of its own."""
@@ -41,6 +42,7 @@ class ViolationKind(Enum):
     SINGULARITY = "SINGULARITY"
     OTHER = "OTHER"
     COLLISION = "COLLISION"
+    PAYLOAD = "PAYLOAD"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +112,7 @@ def first_of(
     `samples` are. The tool centre point that is told is that of the arm, among `arms`, that the joint moves.
     """
     found = [*_exact(snapshot, program, joints), *_sampled(snapshot, joints, samples, min_singular_value)]
+    found += _loaded(snapshot, program, joints)
     if not found:
         return None
     return _placed(snapshot, program, joints, min(found, key=lambda one: one.time), arms, bases)
@@ -196,6 +199,18 @@ def _sampled(
                     yield _Found(time, kind, name, -1, value, min_singular_value, tool.group)
 
 
+def _loaded(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]]) -> Iterator[_Found]:
+    """Yield when a robot that moves begins to carry more than it may."""
+    moved = [snapshot.structure.node(name, Kind.ROBOT) for name in dict(joints)]
+    told = {node.name: node.data.payload_kilograms for node in moved if isinstance(node.data, RobotData)}
+    limits = {name: limit for name, limit in told.items() if limit}
+    for time, world in after(snapshot, joints, program) if limits else ():
+        for name, limit in limits.items():
+            load = load_of(world, world.structure.node(name, Kind.ROBOT))
+            if load > limit * (1.0 + TOLERANCE):
+                yield _Found(time, ViolationKind.PAYLOAD, name, -1, load, limit)
+
+
 def moves_arm(snapshot: Snapshot, robot: RobotSamples, group: Group) -> bool:
     """Return whether one of the joints that move the flange, or the end of a group, is moved."""
     own = {single_joint(snapshot.structure, robot.robot, name)[1] for name in robot.joint_names}
@@ -237,6 +252,11 @@ def _placed(
         message = (
             f"{found.robot!r}{group} comes too near to a singularity {where}: the smallest singular value of the "
             f"Jacobian is {found.value:.3g}, and at least {found.limit:g} is wanted"
+        )
+    elif found.kind is ViolationKind.PAYLOAD:
+        message = (
+            f"{found.robot!r} would carry {found.value:.4g} kg at its flange {where}; by its data sheet it may carry "
+            f"{found.limit:g} kg"
         )
     else:
         slides = single_joints(snapshot, [joints[found.column]])[0].type is JointType.PRISMATIC

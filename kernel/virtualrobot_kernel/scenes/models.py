@@ -147,7 +147,8 @@ def _scene_as_model(
             spec = replace(spec, parent=renamed.get(spec.parent, spec.parent))
         data = spec.data
         if isinstance(data, RobotData):
-            data = replace(data, source=model.uri, flange=renamed.get(data.flange, data.flange))
+            flange, payload = renamed.get(data.flange, data.flange), data.payload_kilograms or model.payload
+            data = replace(data, source=model.uri, flange=flange, payload_kilograms=payload)
         figures = found_figures(meshes, spec.figures, files, model.uri, warnings)
         spec = replace(spec, name=renamed[spec.name], data=data, figures=figures)
         nodes.append(with_craft(spec, model.craft) if model.craft and spec.kind is Kind.ROBOT else spec)

@@ -195,7 +195,8 @@ class RobotData:
 
     `kinematics_settings` are plain values as JSON has them; the component `kinematics` says what they may be. One
     that is `dynamic` moves by forces wherever the world has an engine for them: its base by what pushes it, its joints
-    by `motors`, each the usual one where it is not named.
+    by `motors`, each the usual one where it is not named. Without `payload_kilograms` nobody has told how much it may
+    carry.
     """
 
     flange: str = ""
@@ -209,6 +210,7 @@ class RobotData:
     craft: Craft | None = None
     dynamic: bool = False
     motors: tuple[JointMotor, ...] = ()
+    payload_kilograms: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -320,3 +320,25 @@ def test_what_touches_as_it_is_mounted_may_until_it_is_taken_off(client: Client,
     assert any("hand.left_finger" in (pair.first, pair.second) for pair in tried), "the gripper belongs to the arm"
     iiwa.unmount(pose=virtualrobot.pose(2.0))
     assert built() == []
+
+
+def test_a_check_tells_what_is_too_heavy_from_where_it_is_gripped(client: Client, tmp_path: Path) -> None:
+    """A UR5e may carry 5 kg (Universal Robots, UR5e Technical Specifications): 2 kg of a tool, and a part of 3.5."""
+    arm = client.load_robot("model://ur5e", name="arm")
+    assert arm.rated_payload == 5.0
+    arm.set_positions([0.0, -1.2, 1.5, -1.8, -1.6, 0.0])
+    tip = {"tip": virtualrobot.pose(z=0.15)}
+    client.scene.add_tool("tongs", arm.flange, inertial=virtualrobot.inertial(2.0), tool_center_points=tip)
+    client.scene.add_part("stone", virtualrobot.box(0.02, 0.02, 0.02), pose=arm.tcp, mass=3.5)
+    lifted = virtualrobot.pose(z=0.05) @ arm.tcp
+    near = arm.linear(arm.tcp @ virtualrobot.pose(z=-0.01))
+    carried = client.program().move(near).pick(arm, "stone", max_distance=0.1)
+    found = carried.move(arm.linear(lifted)).check().first_violation
+    assert found is not None and found.kind is virtualrobot.ViolationKind.PAYLOAD, found
+    assert (found.robot, found.joint, found.step) == ("arm", "", 2) and (found.value, found.limit) == (5.5, 5.0)
+    assert "'arm' would carry 5.5 kg at its flange" in found.message and "may carry 5 kg" in found.message
+    client.scene["stone"].remove()
+    client.scene.add_part("stone", virtualrobot.box(0.02, 0.02, 0.02), pose=arm.tcp, mass=2.9)
+    assert carried.check().ok
+    client.scene.save(tmp_path / "cell.yaml")
+    assert "payload_kilograms: 5" in (tmp_path / "cell.yaml").read_text("utf-8")

@@ -1041,6 +1041,9 @@ class Robot(Face):
     def flange(self) -> Order[str]:
         """The link that tools are mounted on."""
     @property
+    def rated_payload(self) -> Order[float]:
+        """Greatest load at the flange by the data sheet (kg), with tools; 0 where none is told."""
+    @property
     def postures(self) -> Postures:
         """Postures with a name, for `move_to`: joint values by name, like a dictionary, with `add` and `remove`."""
     @property

@@ -136,6 +136,7 @@ class ViolationKind(Enum):
     SINGULARITY = motion_pb2.VIOLATION_KIND_SINGULARITY  # without unit
     OTHER = motion_pb2.VIOLATION_KIND_OTHER
     COLLISION = motion_pb2.VIOLATION_KIND_COLLISION  # m that they are apart
+    PAYLOAD = motion_pb2.VIOLATION_KIND_PAYLOAD  # kg
 
 
 @shown

@@ -67,6 +67,11 @@ class Robot(Driving, Teacher):
         return self._description.flange
 
     @property
+    def rated_payload(self) -> float:
+        """Greatest load at the flange by the data sheet (kg), with tools; 0 where none is told."""
+        return self._description.robot.payload_kilograms
+
+    @property
     def postures(self) -> Postures:
         """Postures with a name, for `move_to`: joint values by name, like a dictionary, with `add` and `remove`."""
         return Postures(self)

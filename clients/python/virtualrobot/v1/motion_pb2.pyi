@@ -137,6 +137,7 @@ class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     VIOLATION_KIND_SINGULARITY: _ClassVar[ViolationKind]
     VIOLATION_KIND_OTHER: _ClassVar[ViolationKind]
     VIOLATION_KIND_COLLISION: _ClassVar[ViolationKind]
+    VIOLATION_KIND_PAYLOAD: _ClassVar[ViolationKind]
 
 class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -237,6 +238,7 @@ VIOLATION_KIND_REACH: ViolationKind
 VIOLATION_KIND_SINGULARITY: ViolationKind
 VIOLATION_KIND_OTHER: ViolationKind
 VIOLATION_KIND_COLLISION: ViolationKind
+VIOLATION_KIND_PAYLOAD: ViolationKind
 SETPOINT_MODE_UNSPECIFIED: SetpointMode
 SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode

@@ -149,7 +149,7 @@ class Part(_message.Message):
     def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ..., dynamic: bool = ...) -> None: ...
 
 class Robot(_message.Message):
-    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft", "dynamic", "motors")
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft", "dynamic", "motors", "payload_kilograms")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
@@ -162,6 +162,7 @@ class Robot(_message.Message):
     CRAFT_FIELD_NUMBER: _ClassVar[int]
     DYNAMIC_FIELD_NUMBER: _ClassVar[int]
     MOTORS_FIELD_NUMBER: _ClassVar[int]
+    PAYLOAD_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
@@ -174,7 +175,8 @@ class Robot(_message.Message):
     craft: Craft
     dynamic: bool
     motors: _containers.RepeatedCompositeFieldContainer[JointMotor]
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ..., dynamic: bool = ..., motors: _Optional[_Iterable[_Union[JointMotor, _Mapping]]] = ...) -> None: ...
+    payload_kilograms: float
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ..., dynamic: bool = ..., motors: _Optional[_Iterable[_Union[JointMotor, _Mapping]]] = ..., payload_kilograms: _Optional[float] = ...) -> None: ...
 
 class JointMotor(_message.Message):
     __slots__ = ("joint", "mode", "stiffness", "damping", "max_effort")
