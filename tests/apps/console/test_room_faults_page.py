@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -11,10 +12,11 @@ import virtualrobot
 from playwright.sync_api import Browser, expect
 from virtualrobot import Client
 
+from tests.api.asking import IIWA
 from tests.api.reading import state, step
 from tests.apps.console.browsing import browsers, needs_page, row
-from tests.apps.console.consoles import Console
-from tests.apps.console.headsets import Person
+from tests.apps.console.consoles import Console, consoles
+from tests.apps.console.headsets import UNDRAWN, Person
 from tests.apps.console.test_xr_page import (
     FLOAT32,
     PAUSED,
@@ -28,7 +30,7 @@ from tests.apps.console.test_xr_page import (
     runs,
 )
 from tests.apps.console.test_xr_page import client as client
-from tests.kernels import KernelProcess, Stubs
+from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.waiting import until
 
 pytestmark = [*needs_page, needs_iwer, pytest.mark.long]
@@ -123,3 +125,19 @@ def test_a_robot_that_is_gone_is_told(person: Person, client: Client) -> None:
     client.history.undo()
     row(person.page, "arm").dispatch_event("click")
     expect(person.told).to_contain_text("Take the ball")
+
+
+def test_a_console_that_goes_and_begins_anew_is_told_in_the_room(browser: Browser, start_kernel: StartKernel) -> None:
+    """The new one knows none of the old one's sessions."""
+    kernel = start_kernel(token=True)
+    with virtualrobot.connect(kernel.address, kernel.token) as client:
+        client.load_robot(IIWA, name="arm")
+        with ExitStack() as stack:
+            with consoles(kernel.address, token=kernel.token) as console:
+                person = stack.enter_context(in_room(browser, console, "arm", script=UNDRAWN, link=console.link))
+                port = console.port
+            expect(person.told).to_contain_text("No connection")
+            expect(person.told).to_contain_text("trying again")
+            with consoles(kernel.address, "--port", str(port), token=kernel.token):
+                expect(person.told).to_contain_text("This page may not come in")
+                expect(person.told).to_contain_text("leave the room, and open a new link or code")

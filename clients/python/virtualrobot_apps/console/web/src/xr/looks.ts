@@ -26,10 +26,13 @@ const LOOKS: Record<Phase, Omit<Look, "words">> = {
   done: { title: "There", color: GREEN },
 };
 
+const NO_SESSION = "it has no session here any more: leave the room, and open a new link or code of the console";
+
 /** What is to be said now, and in which color. */
 export const look = computed<Look>(() => {
   const words = [heard.value, proposal.words.value].filter(Boolean).join("; "), phase = proposal.phase.value;
-  if (connection.value !== "connected") return { title: "No connection", words: trouble.value, color: RED };
+  if (connection.value === "refused") return { title: "This page may not come in", words: NO_SESSION, color: RED };
+  if (connection.value !== "connected") return { title: "No connection", words: [trouble.value, "trying again"].filter(Boolean).join("; "), color: RED };
   if (registration.next.value) return { title: `Touch ${registration.next.value}`, words: registration.words.value, color: AMBER };
   if (leads.value) return { title: "The ball leads the tool", words: ledWords.value, color: BLUE };
   if (phase === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", words, color: RED };
