@@ -145,8 +145,8 @@ class BranchKinematics(ABC):
             status = InverseStatus.UNREACHABLE
             reason = "no posture reaches the pose, with or without limits"
             if math.isfinite(sum(errors)):
-                apart = round(errors[0] * 1e3, 6), round(math.degrees(errors[1]), 6)
-                reason += f"; the nearest is off by {apart[0]:.3g} mm and {apart[1]:.3g} degrees"
+                apart, turned = (_plain(round(one, 6)) for one in (errors[0] * 1e3, math.degrees(errors[1])))
+                reason += f"; the nearest is off by {apart} mm and {turned} degrees"
             return InverseResult(status, empty, (), *errors, reason=joined(reason, *reasons))
         free = self.inverse(target, replace(options, respect_limits=False, configuration=""))
         broken = [self._broken(q) for q in free.solutions]
@@ -171,3 +171,8 @@ class BranchKinematics(ABC):
 def joined(*reasons: str) -> str:
     """Return reasons one after the other, without empty ones."""
     return "; ".join(reason for reason in reasons if reason)
+
+
+def _plain(number: float) -> str:
+    """Return a number to three digits, without an exponent."""
+    return np.format_float_positional(number, precision=3, unique=False, fractional=False, trim="-")

@@ -93,6 +93,8 @@ def test_a_pose_out_of_reach_is_refused_with_how_far(rng: np.random.Generator) -
     assert (result.status, len(result.solutions)) == (InverseStatus.UNREACHABLE, 0)
     assert result.position_error == pytest.approx(0.1)
     assert "the nearest is off by 100 mm and 0 degrees" in result.reason
+    target[:3, 3] *= 1.0 + 5.0 / np.linalg.norm(target[:3, 3])
+    assert "off by 5" in arm("iiwa7").inverse(target).reason and "e+" not in arm("iiwa7").inverse(target).reason
 
 
 def test_options_that_make_no_sense_are_refused() -> None:
