@@ -10,8 +10,9 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
-from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Accompanying, Leading, Led, read_leading
 from virtualrobot_apps.processes.switching import Switch, read_switch
+from virtualrobot_apps.processes.together import Together, read_together
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,10 +22,12 @@ class SpotWeld:
     Attributes:
         tongs: how they are led.
         switch: the signal that closes them and welds, and how long that takes.
+        together: arms that weld spots along with it.
     """
 
     tongs: Leading
     switch: Switch
+    together: tuple[Together[SpotWeld], ...] = ()
     what: str = "spot"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -36,12 +39,12 @@ class SpotWeld:
         program.call(path.program, name)
         self.switch.on(program)
         self.switch.off(program)
-        return self.switch.start_seconds
+        return self.switch.longest("start_seconds")
 
 
 def read_spot_weld(item: Item) -> SpotWeld:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
-    fields = item.fields((*FIELDS, "spots", "tongs", "weld"), ("robot", "spots", "speed", "tongs", "weld"))
+    fields = item.fields((*FIELDS, "spots", "tongs", "weld", "together"), ("robot", "spots", "speed", "tongs", "weld"))
     tongs = read_leading(fields, fields["spots"], fields["tongs"])
     if tongs.heading is None:
         raise fields["tongs"].error("tongs go along themselves: give the direction of their x, `heading: [1, 0, 0]`")
@@ -50,12 +53,18 @@ def read_spot_weld(item: Item) -> SpotWeld:
             raise one.error("give `spots` with points and normal, or targets")
     weld = fields["weld"].fields(("signal", "seconds"), ("seconds",))
     seconds = weld["seconds"].number(0.001, 60.0)
-    return SpotWeld(tongs, replace(read_switch(weld.get("signal")), start_seconds=seconds))
+    partners = read_together(item, "spots", read_spot_weld)
+    others = tuple(one.work.switch for one in partners)
+    return SpotWeld(tongs, replace(read_switch(weld.get("signal")), start_seconds=seconds, others=others), partners)
 
 
 def _told(_: Client, work: SpotWeld, led: Led) -> tuple[str, ...]:
     return (f"{len(led.stretches)} spots, welded for {led.seconds:.2f} s in all",)
 
 
-plan = AlongWays(lambda _, item: read_spot_weld(item), lambda work: work.tongs, _told)
+def _partners(work: SpotWeld) -> list[Accompanying]:
+    return [Accompanying(one.work.tongs, one.work, one.paced) for one in work.together]
+
+
+plan = AlongWays(lambda _, item: read_spot_weld(item), lambda work: work.tongs, _told, _partners)
 """The plan of spot welding that a file describes."""

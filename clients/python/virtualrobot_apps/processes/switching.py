@@ -65,15 +65,15 @@ class Switch:
         """Add a tool path to a program, with the signal, which stays on; return how long that takes (s)."""
         self.on(program)
         program.call(path.program, name)
-        self.stand(program, self._longest("end_seconds"))
-        return path.duration + self._longest("start_seconds") + self._longest("end_seconds")
+        self.stand(program, self.longest("end_seconds"))
+        return path.duration + self.longest("start_seconds") + self.longest("end_seconds")
 
     def on(self, program: Program) -> None:
         """Add to a program that the signal is on from here on, and that the tool stands for its beginning."""
         for one in (self, *self.others):
             if one.signal is not None:
                 program.set(one.signal, one.value)
-        self.stand(program, self._longest("start_seconds"))
+        self.stand(program, self.longest("start_seconds"))
 
     def stand(self, program: Program, seconds: float) -> None:
         """Add to a program that it stands for a time, where that is above 0."""
@@ -86,7 +86,8 @@ class Switch:
             if one.signal is not None:
                 program.set(one.signal, False if one.value is True else 0.0)
 
-    def _longest(self, name: str) -> float:
+    def longest(self, name: str) -> float:
+        """Return the longest `start_seconds` or `end_seconds` of this and the others."""
         return max(getattr(one, name) for one in (self, *self.others))
 
 

@@ -18,6 +18,7 @@ DEMOS = {
     "polish": ("polishing", "Watch an arm polish the top of a lid, by a pad on a spring."),
     "cut": ("trimming", "Watch an arm cut an opening into a hood, by laser."),
     "spot": ("spots", "Watch an arm weld twelve spots along the rim of a hood, in a short order."),
+    "tandem": ("two_guns", "Watch two arms weld the twelve spots of a hood, two at a time."),
     "measure": (
         "probing",
         "Watch an arm touch ten points of a hood by a probe, which tells how it stands off its model.",
