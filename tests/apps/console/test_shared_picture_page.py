@@ -83,16 +83,31 @@ def test_ghosts_are_where_the_robot_would_be(console: Console, client: Client) -
     assert (covered & wanted).sum() > 0.85 * max(covered.sum(), wanted.sum())  # the rest is rims, a pixel wide
 
 
+WRITTEN = """
+window.written = [];
+const fill = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+  window.written.push(text);
+  fill.call(this, text, ...more);
+};
+"""
+
+
 def test_least_distances_are_lines(console: Console, client: Client) -> None:
+    """Lines have the distance that the kernel measures, which is less the paddings."""
     box = virtualrobot.box(0.1, 0.1, 0.1)
     client.scene.add_object("box", box, pose=virtualrobot.pose(x=0.5, z=0.05))
-    with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+    client.collisions.set(paddings={"box": 0.05})
+    with browsers() as browser, opened(browser, console.url + PLAIN, script=WRITTEN) as page:
         row(page, "box").wait_for()
         look(page)
         assert color_count(page, BLUE) == 0
         client.view.clearances = {"gap": ("arm", "box")}
         until(lambda: color_count(page, BLUE) > 0)
         near = color_count(page, BLUE)
+        pair = client.collisions.distance("arm", to=["box"])
+        assert np.linalg.norm(pair.points[0] - pair.points[1]) - pair.distance > 0.04
+        until(lambda: page.evaluate("written").count(f"{1000.0 * pair.distance:.0f} mm") > 0)
         client.scene.set_pose("box", virtualrobot.pose(x=1.0, z=0.05))
         until(lambda: color_count(page, BLUE) > 1.3 * near)
         client.view.clearances = {}

@@ -10,6 +10,8 @@ interface Nearest {
   name: string;
   from: Vector3;
   to: Vector3;
+  /** Distance (m), less the paddings of both. */
+  meters: number;
 }
 
 const REST_MS = 100;
@@ -39,7 +41,7 @@ async function measureAll(): Promise<void> {
 async function measure({ name, first, second }: Clearance): Promise<Nearest[]> {
   try {
     const [pair] = (await collisions.measureDistances({ first, second })).pairs;
-    return pair?.firstPoint && pair.secondPoint ? [{ name, from: pair.firstPoint, to: pair.secondPoint }] : [];
+    return pair?.firstPoint && pair.secondPoint ? [{ name, from: pair.firstPoint, to: pair.secondPoint, meters: pair.distanceMeters }] : [];
   } catch {
     return []; // one of the nodes is gone, which the picture will say, too
   }

@@ -30,7 +30,7 @@ export function drawAids(view: Viewport): () => void {
     if (!isAny && !wasAny) return;
     const distances = [
       ...(now?.measurements ?? []).flatMap((one) => distanceOf(view, one)),
-      ...nearest.value.map(({ name, from, to }) => ({ name: `clearance ${name}`, span: { from, to, color: CLEARANCE } })),
+      ...nearest.value.map(({ name, from, to, meters }) => ({ name: `clearance ${name}`, span: { from, to, color: CLEARANCE }, meters })),
     ];
     showSpans(OWNER, [
       ...(now?.jointAxes ?? []).flatMap((robot) => axesOf(view, robot)),
@@ -42,10 +42,10 @@ export function drawAids(view: Viewport): () => void {
       label.dispose();
       labels.delete(name);
     }
-    for (const { name, span } of distances) {
+    for (const { name, span, meters } of distances) {
       if (!labels.has(name)) labels.set(name, new Label(view));
       const from = new Vector3().copy(span.from as Vector3), to = new Vector3().copy(span.to as Vector3);
-      labels.get(name)!.show(`${fixed(1000 * from.distanceTo(to), 0)} mm`, from.lerp(to, 0.5));
+      labels.get(name)!.show(`${fixed(1000 * (meters ?? from.distanceTo(to)), 0)} mm`, from.lerp(to, 0.5));
     }
   });
   return () => void figures.value++;
@@ -79,7 +79,7 @@ function boxOf(view: Viewport, node: string): Span[] {
   return EDGES.map(([from, to]) => ({ from: corners[from], to: corners[to], color: BOX }));
 }
 
-function distanceOf(view: Viewport, { name, first, second }: Measurement): { name: string; span: Span }[] {
+function distanceOf(view: Viewport, { name, first, second }: Measurement): { name: string; span: Span; meters?: number }[] {
   const [from, to] = [first, second].map((one) => {
     const place = one?.node && one.node !== "world" ? view.solids.places.get(one.node) : new Matrix4(), { x = 0, y = 0, z = 0 } = one?.point ?? {};
     return place && new Vector3(x, y, z).applyMatrix4(place);
