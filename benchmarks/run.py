@@ -47,7 +47,7 @@ SUITES = (
         "ros_dds",
     ),
     *("driver_ticks", "drivers", "driver_ur", "console", "pages", "room", "rapid", "code_page", "web_services"),
-    *("studies", "navigation", "seeing", "bins"),
+    *("studies", "navigation", "seeing", "bins", "effects"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

@@ -15,7 +15,7 @@ import virtualrobot
 from playwright.sync_api import Locator, Page, expect
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell
-from virtualrobot_apps.demos.processes import CELLS
+from virtualrobot_apps.demos.processes import CELLS, run
 
 from tools.picture_console import SIZE, opened_page
 from tools.screenshot import browsers
@@ -80,6 +80,9 @@ GAMEPAD = """() => {
 
 DRAWN = '.view .canvas[aria-busy="false"]'
 """The view when it shows all that there is."""
+
+PAINTED_SECONDS = 17.0
+"""Simulated time for which a hood is painted before its picture: three passes and a half."""
 
 PRESSES = 20
 """How often a button is pressed at most: a page that comes too late, on a busy machine, stops what it drives."""
@@ -356,6 +359,28 @@ def _process(client: virtualrobot.Client, page: Page) -> None:
     page.evaluate("document.activeElement.blur()")
 
 
+class _HalfwayError(Exception):
+    """End of what is done before a picture."""
+
+
+def _film(client: virtualrobot.Client, page: Page) -> None:
+    """Paint some of the demo's hood, in its own cell."""
+    begun = client.clock.simulation_time
+
+    def halfway() -> None:
+        if client.clock.simulation_time - begun > PAINTED_SECONDS:
+            raise _HalfwayError
+
+    with suppress(_HalfwayError):
+        run.main(client, CELLS / "booth.yaml", CELLS / "paint.yaml", 3.0, halfway)
+    page.locator(DRAWN).wait_for()
+    page.locator('.node[data-name="hood"]').click()
+    page.keyboard.press("f")
+    page.wait_for_timeout(1000.0)
+    page.locator('.node[data-name="arm"]').click()
+    page.evaluate("document.activeElement.blur()")
+
+
 def _save(shown: Page | Locator, file: Path) -> None:
     page = shown.page if isinstance(shown, Locator) else shown
     page.locator(DRAWN).wait_for()
@@ -380,6 +405,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "speeds": _speeds,
     "films": _films,
     "process": _process,
+    "film": _film,
     "modeller": _modeller,
     "joints": _joints,
 }

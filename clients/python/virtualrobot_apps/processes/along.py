@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 from virtualrobot import Client
@@ -13,6 +13,7 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.processes.leading import Accompanying, Leading, Led, Process, at_line, lead, wanted
 from virtualrobot_apps.processes.looking import look_along
 from virtualrobot_apps.processes.process import Look, PlannedProcess
+from virtualrobot_apps.processes.showing import Effect, Showing
 
 Work = TypeVar("Work", bound=Process)
 
@@ -26,18 +27,30 @@ class AlongWays(Generic[Work]):
         leading: how its tool is led.
         told: lines about its plan, beside those about each way.
         partners: arms that go along, where there are any.
+        effects: what it leaves on parts, each by its name, part, stretches and growth; by default nothing.
     """
 
     read: Callable[[Client, Item], Work]
     leading: Callable[[Work], Leading]
     told: Callable[[Client, Work, Led], Iterable[str]]
     partners: Callable[[Work], Sequence[Accompanying]] = lambda work: ()
+    effects: Callable[[Client, Work, Led], Iterable[Effect]] | None = None
 
     def __call__(self, client: Client, item: Item) -> PlannedProcess:
         """Return the plan in the cell as it is; raises what `lead` raises."""
         work = self._read_here(client, item)
-        led = lead(client, self.leading(work), work, self.partners(work))
-        return led.with_measures(*self.told(client, work, led))
+        leading = self.leading(work)
+        led = lead(client, leading, work, self.partners(work))
+        planned = led.with_measures(*self.told(client, work, led))
+        effects = self.effects
+        if effects is None:
+            return planned
+
+        def shown() -> Showing:
+            passes = [(one.parts[0], one.frames, one.times) for one in led.stretches]
+            return Showing(client, leading.robot, passes, list(effects(client, work, led)))
+
+        return replace(planned, shown=shown)
 
     def look(self, client: Client, item: Item) -> tuple[Look, ...]:
         """Return where the tool gets to on each way, in the cell as it is; raises what `lead` raises for the ways."""

@@ -12,10 +12,14 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.leading import FIELDS, Accompanying, Leading, Led, check_frames, read_leading
+from virtualrobot_apps.processes.showing import Effect, beads
 from virtualrobot_apps.processes.sources.frames import WAVES, weave
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
 from virtualrobot_apps.processes.together import Together, read_together
+
+WIRE = 0.0025
+"""Radius (m) of a bead as it is shown: how thick one is, a file doesn't say."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +96,11 @@ def _partners(work: ArcWeld) -> list[Accompanying]:
     return [Accompanying(one.work.torch, one.work, one.paced) for one in work.together]
 
 
-plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told, _partners)
+def _effects(_: Client, work: ArcWeld, led: Led) -> Iterator[Effect]:
+    return beads(led, WIRE, work.torch.standoff)
+
+
+plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told, _partners, _effects)
 """The plan of arc welding that a file describes."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -111,9 +112,10 @@ def plan(target: Target, file: Path, output: Path | None, report: Path | None) -
 
 @process.command()
 @FILE
+@click.option("--no-show", is_flag=True, help="Don't show what it does on the parts, such as a film that grows.")
 @target_options
-def run(target: Target, file: Path) -> None:
-    """Plan a process and run it; Ctrl-C stops it on its path."""
+def run(target: Target, file: Path, no_show: bool) -> None:
+    """Plan a process and run it; Ctrl-C stops it on its path. Pages, pictures and cameras see what it does."""
     from virtualrobot.cli.move import follow, show_notes
     from virtualrobot.cli.options import GO_ON
 
@@ -121,9 +123,11 @@ def run(target: Target, file: Path) -> None:
         made = planned(client, file)
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the process goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        showing = None if no_show or made.shown is None else made.shown()
         motion = made.program.start(wait=False)
         show_notes(motion)
-        follow(motion)
+        with nullcontext() if showing is None else showing.during(motion):
+            follow(motion)
         click.echo(f"{motion.id} is done")
 
 

@@ -13,6 +13,7 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
+from virtualrobot_apps.processes.showing import Effect, beads
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -84,5 +85,10 @@ def _told(_: Client, work: Dispense, led: Led) -> tuple[str, ...]:
     return (f"{volume:.3g} ml in beads, at {flow:.3g} ml/s, the valve open for {led.seconds:.2f} s",)
 
 
-plan = AlongWays(lambda _, item: read_dispense(item), lambda work: work.gun, _told)
+def _effects(_: Client, work: Dispense, led: Led) -> Iterator[Effect]:
+    # As thick as a round one of that area.
+    return beads(led, math.sqrt(work.bead.area / math.pi), work.gun.standoff)
+
+
+plan = AlongWays(lambda _, item: read_dispense(item), lambda work: work.gun, _told, effects=_effects)
 """The plan of dispensing that a file describes."""

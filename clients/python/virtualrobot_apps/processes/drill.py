@@ -12,6 +12,7 @@ from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
+from virtualrobot_apps.processes.showing import Effect, depths
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
@@ -73,5 +74,9 @@ def _told(client: Client, work: Drill, led: Led) -> tuple[str, ...]:
     return (*measures(client, led, work.solid), ways)
 
 
-plan = AlongWays(lambda _, item: read_drill(item), lambda work: work.drill, _told)
+def _effects(client: Client, work: Drill, led: Led) -> Iterator[Effect]:
+    return depths(client, led, work.solid)
+
+
+plan = AlongWays(lambda _, item: read_drill(item), lambda work: work.drill, _told, effects=_effects)
 """The plan of drilling that a file describes."""

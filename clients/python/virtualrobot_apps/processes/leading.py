@@ -131,9 +131,13 @@ class Led:
 
     def by_parts(self) -> dict[tuple[str, ...], list[Stretch]]:
         """Return the stretches by the parts that their ways are of."""
-        found: dict[tuple[str, ...], list[Stretch]] = {}
-        for one in self.stretches:
-            found.setdefault(one.parts, []).append(one)
+        return {parts: [self.stretches[row] for row in rows] for parts, rows in self.rows_by_parts().items()}
+
+    def rows_by_parts(self) -> dict[tuple[str, ...], list[int]]:
+        """Return the places of the stretches by the parts that their ways are of."""
+        found: dict[tuple[str, ...], list[int]] = {}
+        for row, one in enumerate(self.stretches):
+            found.setdefault(one.parts, []).append(row)
         return found
 
 

@@ -13,6 +13,7 @@ from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
+from virtualrobot_apps.processes.showing import Effect, depths
 from virtualrobot_apps.processes.source import beside
 from virtualrobot_apps.processes.sources.corners import rounded
 from virtualrobot_apps.processes.sources.gcode import read_gcode
@@ -81,5 +82,9 @@ def _told(client: Client, work: Mill, led: Led) -> tuple[str, ...]:
     return (*measures(client, led, work.solid), f"cutting for {led.seconds:.2f} s")
 
 
-plan = AlongWays(lambda _, item: read_mill(item), lambda work: work.cutter, _told)
+def _effects(client: Client, work: Mill, led: Led) -> Iterator[Effect]:
+    return depths(client, led, work.solid)
+
+
+plan = AlongWays(lambda _, item: read_mill(item), lambda work: work.cutter, _told, effects=_effects)
 """The plan of milling that a file describes."""

@@ -13,8 +13,10 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
+from virtualrobot_apps.processes.effects.growing import FilmGrowth
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, Stretch, read_leading
 from virtualrobot_apps.processes.part import part_mesh
+from virtualrobot_apps.processes.showing import Effect
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 FINE = 0.06
@@ -102,5 +104,11 @@ def measure(parts: tuple[str, ...], film: Film) -> str:
     )
 
 
-plan = AlongWays(lambda _, item: read_paint(item), lambda work: work.gun, _told)
+def _effects(client: Client, work: Paint, led: Led) -> Iterator[Effect]:
+    for parts, rows in led.rows_by_parts().items():
+        passes = [with_stands(led.stretches[row], work.switch) for row in rows]
+        yield Effect(f"film on {parts[0]}", parts[0], rows, FilmGrowth(client, parts, passes, work.jet))
+
+
+plan = AlongWays(lambda _, item: read_paint(item), lambda work: work.gun, _told, effects=_effects)
 """The plan of painting that a file describes."""

@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from virtualrobot import Client, Program
 from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.cell_io.yaml_file import Item, nearest, read_file
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.processes.showing import Showing
 
 GROUP = "virtualrobot.processes"
 """Entry points of processes: the name in files, and the function that plans it."""
@@ -31,10 +34,12 @@ class PlannedProcess:
     Attributes:
         program: its motion, from where the robot stands now.
         measures: what it comes to, in words: a line each.
+        shown: puts bare coats on the parts and returns what lets them grow while it runs; None where nothing is seen.
     """
 
     program: Program
     measures: tuple[str, ...]
+    shown: Callable[[], Showing] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -38,13 +38,18 @@ def main(
     if found.first_violation is not None:
         raise WrongStateError(f"{file.name}: {found.first_violation.message}")
     print(f"it touches nothing and takes {found.duration:.1f} s", flush=True)
+    showing = process.shown() if process.shown is not None else None
     motion, clock, now = process.program.start(wait=False), Pace(pace), 0.0
     seconds = _TICKS * client.clock.read().tick_length
     while not motion.phase.ended:
         client.clock.step(_TICKS)
         now += seconds
+        if showing is not None:
+            showing.look()
         each()
         clock.keep(now)
     motion.state.raise_early_end()
+    if showing is not None:
+        showing.finish()
     print(f"done in {now:.1f} s", flush=True)
     return process.measures

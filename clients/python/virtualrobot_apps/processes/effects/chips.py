@@ -19,7 +19,7 @@ from virtualrobot_apps.processes.sources.surface import solid_of
 
 Floats = NDArray[np.float64]
 
-ACROSS = 200
+ACROSS = 128
 """Columns in a diameter of a cutter: a whole number, so that slots along the grid are as wide as they are."""
 LEAST_ACROSS = 16
 MOST_COLUMNS = 16_000_000
