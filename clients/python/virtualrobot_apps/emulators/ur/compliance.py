@@ -1,33 +1,20 @@
 """Force mode: along chosen axes the tool moves until it pushes as it shall; along others it goes as its move does.
 
-Along such an axis the tool's velocity is (wanted + felt) / damping: an admittance. The damping is at least what keeps a
-contact as stiff as its forces have lately shown, over the ways to them, from trembling.
+How it gives way is the law of `virtualrobot_apps.admittance`.
 """
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 from virtualrobot.geometry import rotation_from_vector, rotation_vector_of
 
+from virtualrobot_apps.admittance import DAMPING, Admittance
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
 from virtualrobot_apps.emulators.ur.moves import Move
 
 USUAL_DAMPING = 0.025
-_DAMPING = np.array([200.0] * 3 + [10.0] * 3)
-"""Damping (N s/m, Nm s/rad) of an axis for `USUAL_DAMPING` and a gain of 1."""
-_SETTLING_SECONDS = 0.1
-"""Time (s) in which a contact comes to its force; several times that from a movement to its force's being known."""
-_LOOK_BACK_SECONDS = 0.1
-"""Time (s) of which forces and ways are compared."""
-_FORGETTING_SECONDS = 0.2
-"""Time (s) in which of a contact's stiffness that shows no more e to 1 is left: a tool that bounces meets it again."""
-_SMALLEST_WAY = np.array([2e-5] * 3 + [2e-4] * 3)
-"""Way (m, rad) below which none is told from rest; gone at an even speed, its variance is a twelfth of its square."""
-_ACCELERATION = np.array([1.0] * 3 + [5.0] * 3)
-"""Highest acceleration (m/s^2, rad/s^2) along and about an axis."""
+"""Damping of force mode, by which `DAMPING` is meant with a gain of 1."""
 
 
 class Compliance:
@@ -42,11 +29,9 @@ class Compliance:
         """Begin where the setpoint is, (6,), at its velocity (6,); cycles are 1/rate seconds."""
         self.follow(move, here, velocity)
         self._dt = 1.0 / rate
-        self._speed = np.zeros(6)
-        self._past: deque[tuple[Floats, Floats]] = deque(maxlen=max(2, round(_LOOK_BACK_SECONDS * rate)))
-        self._way, self._stiff = np.zeros(6), np.zeros(6)
+        self._admittance = Admittance(rate)
         self._before: Floats | None = None
-        self._frame, self._kind, self._damping = np.eye(4), 2, _DAMPING
+        self._frame, self._kind, self._damping = np.eye(4), 2, DAMPING
         self._chosen, self._wanted, self._limits = np.zeros(6, bool), np.zeros(6), np.zeros(6)
 
     def set(self, frame: Floats, chosen: Floats, wanted: Floats, kind: int, limits: Floats, damping: float) -> None:
@@ -62,7 +47,7 @@ class Compliance:
             damping: a multiple of the usual one.
         """
         self._frame, self._chosen, self._wanted, self._kind = frame, chosen.astype(bool), wanted, kind
-        self._limits, self._damping = limits, _DAMPING * damping
+        self._limits, self._damping = limits, DAMPING * damping
 
     @property
     def resting(self) -> bool:
@@ -71,7 +56,8 @@ class Compliance:
 
     def rest(self) -> None:
         """Give way no more; the move that runs goes on beside where it would be."""
-        self._chosen, self._speed = np.zeros(6, bool), np.zeros(6)
+        self._chosen = np.zeros(6, bool)
+        self._admittance.rest()
 
     def follow(self, move: Move | None, here: Floats, velocity: Floats) -> None:
         """Have another move, which begins where the setpoint is, (6,), at its velocity (6,)."""
@@ -131,21 +117,9 @@ class Compliance:
 
     def _given(self, axes: Floats, actual: Floats, force: Floats, pace: float) -> Floats:
         """Return the velocity (6,) along and about the axes by which the tool gives way to what is felt along them."""
-        if self._before is not None:
-            self._way = self._way + _turned(axes.T, _step(self._before, actual))
+        moved = np.zeros(6) if self._before is None else _turned(axes.T, _step(self._before, actual))
         self._before = actual
-        self._past.append((self._way, force))
-        ways, forces = (np.array(column) - np.mean(column, axis=0) for column in zip(*self._past, strict=True))
-        # The slope of forces over ways: what trembles by itself, as the noise of a sensor, is no stiffness.
-        stiffness = np.abs(np.sum(ways * forces, axis=0)) / np.maximum(
-            np.sum(ways**2, axis=0), len(ways) * _SMALLEST_WAY**2 / 12.0
-        )
-        self._stiff = np.maximum(stiffness, self._stiff * (1.0 - self._dt / _FORGETTING_SECONDS))
-        wanted = (self._wanted + force) / np.maximum(self._damping, self._stiff * _SETTLING_SECONDS)
-        wanted = np.clip(wanted, -self._limits, self._limits) * pace
-        change = _ACCELERATION * self._dt
-        self._speed = self._speed + np.clip(wanted - self._speed, -change, change)
-        return self._speed
+        return self._admittance.velocity(moved, force, self._wanted, self._limits, self._damping, pace)
 
 
 def _step(first: Floats, second: Floats) -> Floats:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from virtualrobot import Client, UnknownNameError, VirtualRobotError
+from virtualrobot import Client, VirtualRobotError
 from virtualrobot.robots.robot import Robot
-from virtualrobot.sensors.motion_sensors import WrenchReading
 from virtualrobot.sensors.readings import Reading
 
 from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
 from virtualrobot_apps.emulators.ur.lengths import turn_of_flange
+from virtualrobot_apps.wrist import wrist_of
 
 _SILENT_SECONDS = 0.5
 """Simulation time (s) without a reading after which a sensor is silent."""
@@ -160,7 +159,7 @@ class Wrist:
             status = self._client.physics.status
             if status.engine in ("", "none"):
                 raise Unmeasured(_OFF)
-            first, flange_t_sensor = self._sensor()
+            first, flange_t_sensor = wrist_of(self._client, self._robot)
             sensor = self._client.sensors[first.sensor]
             if sensor.status.state != "running":
                 sensor.start()
@@ -173,21 +172,6 @@ class Wrist:
         threading.Thread(
             target=self._watch, args=(first.sensor,), name=f"forces on {self._robot.name}", daemon=True
         ).start()
-
-    def _sensor(self) -> tuple[Reading, Floats]:
-        """Return a reading of the sensor on the flange, or on a tool there, and its pose (4, 4) in its frame."""
-        nodes = {node.name: node for node in self._client.scene.nodes()}
-        for name in self._client.sensors:
-            node, pose = nodes[name], np.eye(4)
-            while node.name != self._robot.flange and node.parent in nodes:
-                node, pose = nodes[node.parent], node.parent_t_node @ pose
-            if node.name == self._robot.flange:
-                with suppress(UnknownNameError):
-                    reading = self._client.sensors[name].read()
-                    if isinstance(reading.value, WrenchReading):
-                        return reading, pose
-        added = "scene.add_motion_sensor('wrist', virtualrobot.force_torque_sensor(rate=250), parent=robot.flange)"
-        raise Unmeasured(f"{self._robot.name!r} has no force and torque sensor on its flange; {added} adds one")
 
     def _watch(self, name: str) -> None:
         asked = time.monotonic()
