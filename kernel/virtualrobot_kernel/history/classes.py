@@ -48,7 +48,7 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
 VERSIONS: Mapping[type, int] = {
-    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 3},
+    **{State: 7, RobotData: 4, Craft: 2, PartData: 2, SetDynamics: 2, Material: 3},
     **{Node: 2, NodeSpec: 2, UpdateNode: 2, Values: 2},
     **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Stage: 2, Wait: 2},
     ToolSetpointMotion: 2,
@@ -64,6 +64,7 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("Craft", 1): lambda fields: [*fields, None],  # water
     ("RobotData", 1): lambda fields: [*fields, None],  # craft
     ("RobotData", 2): lambda fields: [*fields, False, ()],  # dynamic, motors
+    ("RobotData", 3): lambda fields: [*fields, 0.0],  # payload_kilograms
     ("SetDynamics", 1): lambda fields: [*fields, ()],  # motored
     ("StartSetpointMotion", 1): lambda fields: [*fields, None, ()],  # lead, preconditions
     ("ToolSetpointMotion", 1): lambda fields: [*fields, None],  # axes
