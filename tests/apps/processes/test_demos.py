@@ -254,6 +254,37 @@ def _shortest(points: np.ndarray) -> float:
     return float(best[-1].min())
 
 
+@pytest.mark.long
+def test_a_machine_is_tended_behind_its_hood(steps: virtualrobot.Client) -> None:
+    """While its spindle turns the hood is closed and the arm is where it began; blanks are in the rack, to 0.01 mm."""
+    seen = []
+
+    def look() -> None:
+        if steps.signals["spindle"]:
+            machine = steps.robot("machine")
+            places = dict(zip(machine.joint_names, machine.positions.tolist(), strict=True))
+            seen.append([places["door"], places["axis"], *steps.robot("arm").positions])
+
+    told = run.main(steps, CELLS / "shop.yaml", CELLS / "tend.yaml", each=look)
+    assert told == ("2 parts through 'machine', 3 moves each in it",)
+    doors, axes, *arm = np.array(seen).T
+    np.testing.assert_allclose(doors, 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.ptp(arm, axis=1), 0.0, atol=1e-9)
+    assert axes.min() == pytest.approx(-0.1, abs=1e-3) and axes.max() == pytest.approx(0.1, abs=1e-3)
+    placed = [steps.scene.pose(f"blank {number}")[:3, 3] for number in (1, 2)]
+    np.testing.assert_allclose(placed, [[1.15, -0.75, 0.502], [1.15, -0.45, 0.502]], atol=1e-5)
+
+
+@pytest.mark.long
+def test_blanks_are_stacked_on_a_pallet(steps: virtualrobot.Client) -> None:
+    """Two of each layer, the second one 60.5 mm higher, to 0.01 mm; each was let go a millimeter above its place."""
+    told = run.main(steps, CELLS / "store.yaml", CELLS / "stack.yaml")
+    assert told == ("4 parts in 2 layers of 2 x 1, 0 places left free",)
+    placed = [steps.scene.pose(f"blank {number}")[:3, 3] for number in (1, 2, 3, 4)]
+    wanted = [[x, 0.5, 0.601 + z + 0.001] for z in (0.0, 0.0605) for x in (0.9, 1.2)]
+    np.testing.assert_allclose(placed, wanted, atol=1e-5)
+
+
 def test_each_demo_has_its_files() -> None:
     for name, (cell, _) in DEMOS.items():
         assert (CELLS / f"{cell}.yaml").is_file() and (CELLS / f"{name}.yaml").is_file()

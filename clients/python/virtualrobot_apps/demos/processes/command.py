@@ -25,6 +25,8 @@ DEMOS = {
     ),
     "mill": ("flange", "Watch an arm mill the groove of a seal into a flange, by G-code."),
     "drill": ("flange", "Watch an arm drill eight holes into a flange, each in two pecks."),
+    "stack": ("store", "Watch an arm palletize four blanks of 12 kg, in two layers."),
+    "tend": ("shop", "Watch an arm put blanks into a machine tool with a hood and an axis, and into a rack."),
 }
 """Cell of each demo, a scene file, and what is seen; the process is a file with the demo's name."""
 

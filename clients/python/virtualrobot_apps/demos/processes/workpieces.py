@@ -157,9 +157,15 @@ def probe() -> Trimesh:
     return _joined(_rod(0.03, [0, 0, 0], [0, 0, 0.12]), _rod(0.0012, [0, 0, 0.11], [0, 0, 0.2], 16), ball)
 
 
+def cup() -> Trimesh:
+    """Return a suction cup, whose rim is at (0, 0, 0.15)."""
+    profile = [[0.0, 0.0], [0.05, 0.0], [0.05, 0.02], [0.02, 0.02], [0.02, 0.12], [0.045, 0.15], [0.0, 0.15]]
+    return trimesh.creation.revolve(profile, sections=32)
+
+
 BODIES: tuple[Callable[[], Trimesh], ...] = (
     *(pipes, pipe, flange, hood, lid),
-    *(torch, spindle, gun, dispenser, head, disc, electrode, probe),
+    *(torch, spindle, gun, dispenser, head, disc, electrode, probe, cup),
 )
 """Functions that make the bodies; a file has the name of its function."""
 
