@@ -178,10 +178,12 @@ def checked_pose(value: ArrayLike) -> Matrix:
         raise InvalidArgumentError(f"a pose is a 4x4 array, not {value!r}; see virtualrobot.pose()") from None
     if matrix.shape != (4, 4):
         raise InvalidArgumentError(f"a pose is a 4x4 array, not one of shape {matrix.shape}; see virtualrobot.pose()")
+    if len(bad := np.argwhere(~np.isfinite(matrix))):
+        row, column = bad[0].tolist()
+        raise InvalidArgumentError(f"a pose has finite numbers, not {matrix[row, column]} at [{row}, {column}]")
     rotation = matrix[:3, :3]
     if (
-        not np.isfinite(matrix).all()
-        or np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9
+        np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9
         or np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6
         or np.linalg.det(rotation) < 0
     ):

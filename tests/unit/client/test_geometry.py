@@ -114,6 +114,13 @@ def test_what_is_no_pose_is_refused(bad: np.ndarray) -> None:
         checked_pose(bad)
 
 
+def test_a_number_of_a_pose_that_is_none_is_told_with_its_place() -> None:
+    pose = np.eye(4)
+    pose[1, 3] = np.nan
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"finite numbers, not nan at \[1, 3\]"):
+        checked_pose(pose)
+
+
 def test_what_gives_no_pose_is_refused() -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="finite"):
         virtualrobot.pose(np.inf)
