@@ -125,7 +125,7 @@ def look_file(client: Client, file: str | Path) -> tuple[Look, ...]:
 
 def check_packages() -> None:
     """Raise WrongStateError where a package is missing that processes need."""
-    if missing := [name for name in ("scipy", "trimesh") if find_spec(name) is None]:
+    if missing := [name for name in ("numba", "scipy", "trimesh") if find_spec(name) is None]:
         raise WrongStateError(f"processes need {' and '.join(missing)}: pip install 'virtualrobot[processes]'")
 
 
