@@ -39,7 +39,8 @@ for name in names:
     except ModuleNotFoundError as error:  # what extras bring
         extras = "abb_robot_client asyncua cbor2 cma cryptography cyclonedds fmpy foxglove foxglove_schemas_protobuf"
         extras = f"{extras} loky mcap gymnasium msgspec numba optuna paho PIL pyarrow pyastar2d pymodbus pytest"
-        extras = f"{extras} pythonfmu3 ray rclpy rosbags scipy segno small_gicp trimesh uvicorn websockets zenoh".split()
+        extras = f"{extras} pythonfmu3 ray rclpy rosbags scipy segno small_gicp trimesh uvicorn websockets"
+        extras = f"{extras} zenoh".split()
         assert error.name.split(".")[0] in extras, error
 assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names, names
 """
