@@ -99,17 +99,7 @@ def with_drawn(
     solid: list[tuple[int, Figure, Shape]] = [
         (uid, figure, shape) for uid, figure in added if (shape := arrows.get(figure.geometry)) is not None
     ]
-    if not solid:
-        return elements
-    return replace(
-        elements,
-        shapes=(*elements.shapes, *(shape for _, _, shape in solid)),
-        figures=(*elements.figures, *(figure for _, figure, _ in solid)),
-        uids=np.append(elements.uids, [uid for uid, _, _ in solid]),
-        rows=np.append(elements.rows, [structure.rows[uid] for uid, _, _ in solid]),
-        node_t_element=np.concatenate([elements.node_t_element, [figure.node_t_figure for _, figure, _ in solid]]),
-        reflectance=np.append(elements.reflectance, np.zeros(len(solid))),
-    )
+    return elements.with_figures(solid)
 
 
 def overlay_of(

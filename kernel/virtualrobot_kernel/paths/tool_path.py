@@ -311,7 +311,8 @@ class _Search:
     def _law(self, followed: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return the law along a joint path that keeps the tool's speed; raise LimitError where joints can't."""
         every = self._member.all_limits
-        rates, bends = followed.derivative(), followed.derivative().derivative()
+        rates = followed.derivative()
+        bends = rates.derivative()
         for function, power, limits, what, unit in (
             (rates, 1, every.velocity, "speed", "/s"),
             (bends, 2, every.acceleration, "acceleration", "/s^2"),

@@ -180,17 +180,7 @@ def with_coats(elements: Elements, snapshot: Snapshot, coats: Shown, unseen: Col
         part = Submesh(skin.vertices, faces, skin.normals, WHITE, colors)
         figure = Figure(CoatMesh(f"virtualrobot:coat/{next(_numbers)}", "", part=part))
         added.append((coat.uid, figure, make_shape(skin.vertices, faces)))
-    if not added:
-        return elements
-    return replace(
-        elements,
-        shapes=(*elements.shapes, *(shape for _, _, shape in added)),
-        figures=(*elements.figures, *(figure for _, figure, _ in added)),
-        uids=np.append(elements.uids, [uid for uid, _, _ in added]),
-        rows=np.append(elements.rows, [structure.rows[uid] for uid, _, _ in added]),
-        node_t_element=np.concatenate([elements.node_t_element, [figure.node_t_figure for _, figure, _ in added]]),
-        reflectance=np.append(elements.reflectance, np.zeros(len(added))),
-    )
+    return elements.with_figures(added)
 
 
 def _check(coat: Coat) -> None:
@@ -200,12 +190,6 @@ def _check(coat: Coat) -> None:
     if not len(skin.faces):
         raise KernelError(
             f"the coat {coat.name!r} has no triangles; give rows of its vertices, three for each", field="coat.faces"
-        )
-    if skin.faces.min() < 0 or skin.faces.max() >= len(skin.vertices):
-        raise KernelError(
-            f"the coat {coat.name!r} has faces of the rows {skin.faces.min()} to {skin.faces.max()}, and "
-            f"{len(skin.vertices)} vertices: rows are 0 to {len(skin.vertices) - 1}",
-            field="coat.faces",
         )
     if len(coat.values) != len(skin.vertices):
         raise KernelError(

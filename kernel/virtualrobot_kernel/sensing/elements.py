@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,21 @@ class Elements:
     def scene(self, world_t_node: NDArray[np.float64]) -> RayScene:
         """Return the scene that ray casters take."""
         return RayScene(self.shapes, self.world_t_element(world_t_node))
+
+    def with_figures(self, added: Sequence[tuple[int, Figure, Shape]]) -> Elements:
+        """Return these with more figures of nodes (uids), and their shapes, none of which has a reflectance."""
+        if not added:
+            return self
+        rows = self.made_of[0].rows
+        return replace(
+            self,
+            shapes=(*self.shapes, *(shape for _, _, shape in added)),
+            figures=(*self.figures, *(figure for _, figure, _ in added)),
+            uids=np.append(self.uids, [uid for uid, _, _ in added]),
+            rows=np.append(self.rows, [rows[uid] for uid, _, _ in added]),
+            node_t_element=np.concatenate([self.node_t_element, [figure.node_t_figure for _, figure, _ in added]]),
+            reflectance=np.append(self.reflectance, np.zeros(len(added))),
+        )
 
 
 def elements_of(

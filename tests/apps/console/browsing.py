@@ -22,6 +22,16 @@ PLAIN = "/?quality=low"
 
 PURPLE = (0.8, 0.0, 0.8)
 
+WRITTEN = """
+window.written = [];
+const fill = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
+  window.written.push(text);
+  fill.call(this, text, ...more);
+};
+"""
+"""Script that keeps what the page writes on canvases."""
+
 PATIENCE_MS = 60_000.0
 expect.set_options(timeout=PATIENCE_MS)
 

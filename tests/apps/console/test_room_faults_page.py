@@ -116,7 +116,7 @@ def test_a_controller_that_is_not_seen_holds_nothing(person: Person, stepped: St
 
 
 def test_a_robot_that_is_gone_is_told(person: Person, client: Client) -> None:
-    """What is proposed for it goes with it; when it is there again it is chosen at the page."""
+    """Proposals for it go with it; when it is there again it is chosen at the page."""
     propose(person, client)
     client.scene.remove("arm")
     expect(person.told).to_contain_text("No robot is chosen")

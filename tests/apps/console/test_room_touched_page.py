@@ -10,7 +10,7 @@ import virtualrobot
 from playwright.sync_api import Browser, expect
 from virtualrobot import Client
 
-from tests.apps.console.browsing import browsers, needs_page
+from tests.apps.console.browsing import WRITTEN, browsers, needs_page
 from tests.apps.console.consoles import Console
 from tests.apps.console.headsets import AHEAD, UNDRAWN, Person, in_room
 from tests.apps.console.test_xr_page import FLOAT32, needs_iwer
@@ -36,15 +36,6 @@ MOVE = """([x, y, z]) => {
   const { position } = headset.hands.right;
   position.set(position.x + x, position.y + y, position.z + z);
 }"""
-
-WRITTEN = """
-window.written = [];
-const fill = CanvasRenderingContext2D.prototype.fillText;
-CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
-  window.written.push(text);
-  fill.call(this, text, ...more);
-};
-"""
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from playwright.sync_api import Page
 from virtualrobot import Client
 
 from tests.api.asking import IIWA
-from tests.apps.console.browsing import PLAIN, browsers, color_count, needs_page, opened, purple_count, row
+from tests.apps.console.browsing import PLAIN, WRITTEN, browsers, color_count, needs_page, opened, purple_count, row
 from tests.apps.console.consoles import Console
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
@@ -81,16 +81,6 @@ def test_ghosts_are_where_the_robot_would_be(console: Console, client: Client) -
     covered, wanted = ghost & ~other, robot & ~other
     assert wanted.sum() > 800
     assert (covered & wanted).sum() > 0.85 * max(covered.sum(), wanted.sum())  # the rest is rims, a pixel wide
-
-
-WRITTEN = """
-window.written = [];
-const fill = CanvasRenderingContext2D.prototype.fillText;
-CanvasRenderingContext2D.prototype.fillText = function (text, ...more) {
-  window.written.push(text);
-  fill.call(this, text, ...more);
-};
-"""
 
 
 def test_least_distances_are_lines(console: Console, client: Client) -> None:

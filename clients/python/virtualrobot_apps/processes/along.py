@@ -14,6 +14,7 @@ from virtualrobot_apps.processes.leading import Accompanying, Leading, Led, Proc
 from virtualrobot_apps.processes.looking import look_along
 from virtualrobot_apps.processes.process import Look, PlannedProcess
 from virtualrobot_apps.processes.showing import Effect, Showing
+from virtualrobot_apps.processes.together import Together
 
 Work = TypeVar("Work", bound=Process)
 
@@ -26,21 +27,21 @@ class AlongWays(Generic[Work]):
         read: what a file says; raises MalformedFileError, with file and line, for what it says wrong.
         leading: how its tool is led.
         told: lines about its plan, beside those about each way.
-        partners: arms that go along, where there are any.
+        together: arms that go along, where there are any.
         effects: what it leaves on parts, each by its name, part, stretches and growth; by default nothing.
     """
 
     read: Callable[[Client, Item], Work]
     leading: Callable[[Work], Leading]
     told: Callable[[Client, Work, Led], Iterable[str]]
-    partners: Callable[[Work], Sequence[Accompanying]] = lambda work: ()
+    together: Callable[[Work], Sequence[Together[Work]]] = lambda work: ()
     effects: Callable[[Client, Work, Led], Iterable[Effect]] | None = None
 
     def __call__(self, client: Client, item: Item) -> PlannedProcess:
         """Return the plan in the cell as it is; raises what `lead` raises."""
         work = self._read_here(client, item)
         leading = self.leading(work)
-        led = lead(client, leading, work, self.partners(work))
+        led = lead(client, leading, work, self._partners(work))
         planned = led.with_measures(*self.told(client, work, led))
         effects = self.effects
         if effects is None:
@@ -55,9 +56,12 @@ class AlongWays(Generic[Work]):
     def look(self, client: Client, item: Item) -> tuple[Look, ...]:
         """Return where the tool gets to on each way, in the cell as it is; raises what `lead` raises for the ways."""
         work = self._read_here(client, item)
-        every = [Accompanying(self.leading(work), work), *self.partners(work)]
+        every = [Accompanying(self.leading(work), work), *self._partners(work)]
         looks = [look_along(client, one.leading, list(wanted(client, one.leading, one.process))) for one in every]
         return tuple(look for one in looks for look in one)
+
+    def _partners(self, work: Work) -> list[Accompanying]:
+        return [Accompanying(self.leading(one.work), one.work, one.paced) for one in self.together(work)]
 
     def _read_here(self, client: Client, item: Item) -> Work:
         """Return what a file says; raise MalformedFileError, too, for a robot or signal that the cell lacks."""

@@ -11,7 +11,7 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
-from virtualrobot_apps.processes.leading import FIELDS, Accompanying, Leading, Led, check_frames, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, read_leading
 from virtualrobot_apps.processes.showing import Effect, beads
 from virtualrobot_apps.processes.sources.frames import WAVES, weave
 from virtualrobot_apps.processes.sources.offsets import offset
@@ -92,15 +92,11 @@ def _told(_: Client, work: ArcWeld, led: Led) -> tuple[str, ...]:
     return (f"arc on for {led.seconds:.2f} s",)
 
 
-def _partners(work: ArcWeld) -> list[Accompanying]:
-    return [Accompanying(one.work.torch, one.work, one.paced) for one in work.together]
-
-
 def _effects(_: Client, work: ArcWeld, led: Led) -> Iterator[Effect]:
     return beads(led, WIRE, work.torch.standoff)
 
 
-plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told, _partners, _effects)
+plan = AlongWays(lambda _, item: read_weld(item), lambda work: work.torch, _told, lambda work: work.together, _effects)
 """The plan of arc welding that a file describes."""
 
 

@@ -293,7 +293,7 @@ def lead(client: Client, leading: Leading, process: Process, partners: Sequence[
     for one, *others in _beside(client, leading, process, partners):
         name = one.name
         try:
-            paths = _paths(client, leading, one, [*zip(partners, others, strict=True)])
+            paths = _paths(client, leading, one, [*zip(partners, others, strict=True)], touched)
             gone.append(Stretch(one.source.parts, one.way, *_gone(one.frames, [path for _, path in paths])))
             for name, path in paths:
                 arms = _arms(client, leading, partners, path)
@@ -346,11 +346,25 @@ class _Arm:
 
     def away(self, row: int) -> dict[str, float]:
         """Return the joints at which the tool is before its first or last place, back along its z."""
-        return _before(self.robot, self.leading.approach, self.path, row)
+        robot, path, approach = self.robot, self.path, self.leading.approach
+        here = dict(zip(path.joint_names, path.positions[row].tolist(), strict=True))
+        away = robot.solve_forward(here).world_t_tcp @ pose(z=-approach)
+        found = robot.solve_inverse(away, seed=here)
+        if not found.solved:
+            raise UnreachableError(
+                f"{robot.name!r} can't be {1e3 * approach:.4g} mm before the way's {'end' if row else 'beginning'}: "
+                f"{found.explanation}; give another `approach`"
+            )
+        return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
 
     def straight(self, client: Client, joints: dict[str, float]) -> Move:
-        """Return the move by which the tool comes or goes."""
-        return _straight(client, self.robot, joints, self.leading)
+        """Return the move to a posture by which the tool comes or goes; a line is in the frame of the robot."""
+        robot = self.robot
+        if not self.leading.straight:
+            return robot.ptp(joints)
+        world_t_robot = client.scene[robot.name].pose
+        goal = np.linalg.inv(world_t_robot) @ robot.solve_forward(joints).world_t_tcp
+        return robot.linear(goal, reference=robot.name)
 
 
 def _arms(client: Client, leading: Leading, partners: Sequence[Accompanying], path: ToolPath) -> list[_Arm]:
@@ -398,18 +412,23 @@ def wanted(client: Client, leading: Leading, process: Process) -> Iterator[Wante
 
 
 def _paths(
-    client: Client, leading: Leading, one: Wanted, partners: Sequence[tuple[Accompanying, Wanted]] = ()
+    client: Client,
+    leading: Leading,
+    one: Wanted,
+    partners: Sequence[tuple[Accompanying, Wanted]],
+    touched: Sequence[tuple[str, str]],
 ) -> list[tuple[str, ToolPath]]:
-    """Return the tool paths along what is wanted, by their names: one, or the fewest where they may be split."""
+    """Return the tool paths along what is wanted, by their names: one, or the fewest where they may be split.
+
+    touched: the pairs that may touch there.
+    """
     name, where = one.name, one.source.parts[0]
     led: ToolPathOptions = {
         "tolerance": leading.tolerance,
         "reference": where,
         "external": leading.external,
         "slope": leading.slope,
-        "may_touch": [
-            pair for one in (leading, *(one.leading for one, _ in partners)) for pair in touched_by(client, one)
-        ],
+        "may_touch": touched,
         "partners": [
             ToolPathPartner(
                 partner.leading.robot,
@@ -463,30 +482,9 @@ def check_frames(frames: Floats, way: Way, remedy: str) -> None:
         )
 
 
-def _before(robot: Robot, approach: float, path: ToolPath | PartnerMotion, row: int) -> dict[str, float]:
-    """Return the joints at which the tool is before its first or last place on a path, back along its z."""
-    here = dict(zip(path.joint_names, path.positions[row].tolist(), strict=True))
-    away = robot.solve_forward(here).world_t_tcp @ pose(z=-approach)
-    found = robot.solve_inverse(away, seed=here)
-    if not found.solved:
-        raise UnreachableError(
-            f"{robot.name!r} can't be {1e3 * approach:.4g} mm before the way's {'end' if row else 'beginning'}: "
-            f"{found.explanation}; give another `approach`"
-        )
-    return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
-
-
 def _external(client: Client, path: ToolPath) -> list[Move]:
     """Return the moves of robots that move along to where a path begins."""
     return [client.robot(name).ptp(motion.start_joints) for name, motion in path.external.items()]
-
-
-def _straight(client: Client, robot: Robot, joints: dict[str, float], leading: Leading) -> Move:
-    """Return the move to a posture on a way that a tool comes or goes by; a line is in the frame of the robot."""
-    if not leading.straight:
-        return robot.ptp(joints)
-    world_t_robot = client.scene[robot.name].pose
-    return robot.linear(np.linalg.inv(world_t_robot) @ robot.solve_forward(joints).world_t_tcp, reference=robot.name)
 
 
 def at_line(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from trimesh import Trimesh
 from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
@@ -15,8 +14,8 @@ from virtualrobot_apps.processes.along import AlongWays
 from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
 from virtualrobot_apps.processes.effects.growing import FilmGrowth
 from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, Stretch, read_leading
-from virtualrobot_apps.processes.part import part_mesh
-from virtualrobot_apps.processes.showing import Effect
+from virtualrobot_apps.processes.part import divided, part_mesh
+from virtualrobot_apps.processes.showing import Effect, Passed, effects_of
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 FINE = 0.06
@@ -82,10 +81,8 @@ def films(client: Client, work: Paint, led: Led) -> Iterator[tuple[tuple[str, ..
     jet, trigger = work.jet, work.switch
     for parts, stretches in led.by_parts().items():
         mesh = part_mesh(client, parts)
-        longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)
-        fine = mesh.subdivide_to_size(longest, max_iter=20)
-        assert isinstance(fine, Trimesh)
-        yield parts, sprayed(fine, [with_stands(one, trigger) for one in stretches], jet)
+        finer = divided(mesh, max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5))
+        yield parts, sprayed(finer, [with_stands(one, trigger) for one in stretches], jet)
 
 
 def with_stands(stretch: Stretch, trigger: Switch) -> tuple[Floats, Floats]:
@@ -105,9 +102,10 @@ def measure(parts: tuple[str, ...], film: Film) -> str:
 
 
 def _effects(client: Client, work: Paint, led: Led) -> Iterator[Effect]:
-    for parts, rows in led.rows_by_parts().items():
-        passes = [with_stands(led.stretches[row], work.switch) for row in rows]
-        yield Effect(f"film on {parts[0]}", parts[0], rows, FilmGrowth(client, parts, passes, work.jet))
+    def growth(parts: tuple[str, ...], passes: list[Passed]) -> FilmGrowth:
+        return FilmGrowth(client, parts, passes, work.jet)
+
+    return effects_of(led, "film", growth, lambda one: with_stands(one, work.switch))
 
 
 plan = AlongWays(lambda _, item: read_paint(item), lambda work: work.gun, _told, effects=_effects)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from trimesh import Trimesh
 from virtualrobot import Client, WrongStateError, pose
 from virtualrobot.errors import InvalidArgumentError
 
@@ -66,3 +67,10 @@ def _bodies(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     """Return the bodies of a mesh, by triangles that hang together by edges."""
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     return list(mesh.split(only_watertight=False, repair=False)) or [mesh]
+
+
+def divided(mesh: Trimesh, longest: float) -> Trimesh:
+    """Return a mesh whose triangles are divided until no edge is longer than a length (m)."""
+    found = mesh.subdivide_to_size(longest, max_iter=20)
+    assert isinstance(found, Trimesh)
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -15,7 +15,10 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot_apps.curves.way import Floats
 from virtualrobot_apps.processes.effects.chips import Cutter
 from virtualrobot_apps.processes.effects.growing import BeadGrowth, DepthGrowth, Growth, coat_of
-from virtualrobot_apps.processes.leading import Led
+from virtualrobot_apps.processes.leading import Led, Stretch
+
+Passed = tuple[Floats, Floats]
+"""Frames (n, 4, 4) of a tool, and times (n,)."""
 
 PERIOD = 0.1
 """Time (s) from one look at the tool to the next."""
@@ -42,20 +45,35 @@ class Effect:
     growth: Growth
 
 
-def beads(led: Led, radius: float, standoff: float) -> Iterator[Effect]:
-    """Yield the beads of a radius (m) on each of the parts that a tool went along, a standoff (m) before it."""
+def effects_of(
+    led: Led,
+    what: str,
+    growth: Callable[[tuple[str, ...], list[Passed]], Growth],
+    passed: Callable[[Stretch], Passed] = lambda one: (one.frames, one.times),
+) -> Iterator[Effect]:
+    """Yield an effect on each of the parts that a tool went along.
+
+    Args:
+        led: the plan.
+        what: what the effect is called, such as `film`.
+        growth: how it grows, of parts and of the frames and times of each pass.
+        passed: these of a stretch.
+    """
     for parts, rows in led.rows_by_parts().items():
-        passes = [(led.stretches[row].frames, led.stretches[row].times) for row in rows]
-        yield Effect(f"bead on {parts[0]}", parts[0], rows, BeadGrowth(passes, radius, standoff))
+        passes = [passed(led.stretches[row]) for row in rows]
+        yield Effect(f"{what} on {parts[0]}", parts[0], rows, growth(parts, passes))
+
+
+def beads(led: Led, radius: float, standoff: float) -> Iterator[Effect]:
+    """Return the beads of a radius (m) on each of the parts that a tool went along, a standoff (m) before it."""
+    return effects_of(led, "bead", lambda _, passes: BeadGrowth(passes, radius, standoff))
 
 
 def depths(client: Client, led: Led, cutter: Cutter | None) -> Iterator[Effect]:
-    """Yield how deep a cutter goes into each part; nothing without a cutter."""
+    """Return how deep a cutter goes into each part; nothing without a cutter."""
     if cutter is None:
-        return
-    for parts, rows in led.rows_by_parts().items():
-        passes = [(led.stretches[row].frames, led.stretches[row].times) for row in rows]
-        yield Effect(f"depth on {parts[0]}", parts[0], rows, DepthGrowth(client, parts, passes, cutter))
+        return iter(())
+    return effects_of(led, "depth", lambda parts, passes: DepthGrowth(client, parts, passes, cutter))
 
 
 class Showing:
@@ -113,9 +131,8 @@ class Showing:
             while not ended.wait(PERIOD):
                 try:
                     self.look()
-                except (
-                    VirtualRobotError
-                ):  # what is shown must not end what is done; who runs it is told of a lost kernel
+                except VirtualRobotError:
+                    # What is shown must not end what is done; who runs it is told of a lost kernel.
                     return
 
         thread = threading.Thread(target=follow, name="effects", daemon=True)

@@ -10,7 +10,7 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.along import AlongWays
-from virtualrobot_apps.processes.leading import FIELDS, Accompanying, Leading, Led, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, read_leading
 from virtualrobot_apps.processes.switching import Switch, read_switch
 from virtualrobot_apps.processes.together import Together, read_together
 
@@ -62,9 +62,5 @@ def _told(_: Client, work: SpotWeld, led: Led) -> tuple[str, ...]:
     return (f"{len(led.stretches)} spots, welded for {led.seconds:.2f} s in all",)
 
 
-def _partners(work: SpotWeld) -> list[Accompanying]:
-    return [Accompanying(one.work.tongs, one.work, one.paced) for one in work.together]
-
-
-plan = AlongWays(lambda _, item: read_spot_weld(item), lambda work: work.tongs, _told, _partners)
+plan = AlongWays(lambda _, item: read_spot_weld(item), lambda work: work.tongs, _told, lambda work: work.together)
 """The plan of spot welding that a file describes."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,38 +25,35 @@ SECONDS = 30.0
 
 def tool_path_asked(request: path_pb2.FindToolPathRequest) -> ToolPathAsked:
     """Return what a request asks for; raise KernelError that names the field that is wrong."""
-    path = request.path
+    partners = ((one.robot, _asked(one, not_negative, f"partners[{row}].")) for row, one in enumerate(request.partners))
+    return replace(
+        _asked(request, positive),
+        time_limit=time_limit(request.time_limit_seconds, SECONDS),
+        externals=tuple(request.external_robots),
+        partners=tuple(partners),
+    )
+
+
+def _asked(
+    message: path_pb2.FindToolPathRequest | path_pb2.ToolPathPartner,
+    speed: Callable[[float, str], float],
+    before: str = "",
+) -> ToolPathAsked:
+    """Return what is asked of one arm, whose speed is checked so; `before` is where the message is in a request."""
+    path, field = message.path, f"{before}path"
     return ToolPathAsked(
-        group_selection(request.group, "group"),
-        _frames(path.frames),
+        group_selection(message.group, f"{before}group"),
+        _frames(path.frames, f"{field}.frames"),
         path.reference,
-        _tolerances(path),
-        positive(path.velocity_meters_per_second, "path.velocity_meters_per_second"),
-        not_negative(path.acceleration_meters_per_second_squared, "path.acceleration_meters_per_second_squared"),
-        time_limit(request.time_limit_seconds, SECONDS),
-        tuple(request.external_robots),
-        not_negative(path.max_slope_radians, "path.max_slope_radians"),
-        tuple(_partner(one, f"partners[{number}]") for number, one in enumerate(request.partners)),
-    )
-
-
-def _partner(message: path_pb2.ToolPathPartner, field: str) -> tuple[str, ToolPathAsked]:
-    path = message.path
-    return message.robot, ToolPathAsked(
-        group_selection(message.group, f"{field}.group"),
-        _frames(path.frames, f"{field}.path.frames"),
-        path.reference,
-        _tolerances(path, f"{field}.path"),
-        not_negative(path.velocity_meters_per_second, f"{field}.path.velocity_meters_per_second"),
-        not_negative(
-            path.acceleration_meters_per_second_squared, f"{field}.path.acceleration_meters_per_second_squared"
-        ),
+        _tolerances(path, field),
+        speed(path.velocity_meters_per_second, f"{field}.velocity_meters_per_second"),
+        not_negative(path.acceleration_meters_per_second_squared, f"{field}.acceleration_meters_per_second_squared"),
         0.0,
-        slope=not_negative(path.max_slope_radians, f"{field}.path.max_slope_radians"),
+        slope=not_negative(path.max_slope_radians, f"{field}.max_slope_radians"),
     )
 
 
-def _frames(message: geometry_pb2.NumericArray, field: str = "path.frames") -> NDArray[np.float64]:
+def _frames(message: geometry_pb2.NumericArray, field: str) -> NDArray[np.float64]:
     rows = array(message, (None, 7), field)
     frames = np.tile(np.eye(4), (len(rows), 1, 1))
     for number, row in enumerate(rows):
@@ -70,7 +68,7 @@ def _frames(message: geometry_pb2.NumericArray, field: str = "path.frames") -> N
     return frames
 
 
-def _tolerances(path: path_pb2.ToolPath, field: str = "path") -> Tolerances:
+def _tolerances(path: path_pb2.ToolPath, field: str) -> Tolerances:
     bounds, endless = np.zeros((2, len(AXES))), np.zeros(len(AXES), np.bool_)
     for place, axis in enumerate(AXES):
         if path.HasField(axis):  # pyright: ignore[reportArgumentType] the axes are fields

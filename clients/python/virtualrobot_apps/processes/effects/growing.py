@@ -16,7 +16,7 @@ from virtualrobot.view.coats import CoatHandle
 from virtualrobot_apps.curves.way import Floats
 from virtualrobot_apps.processes.effects.chips import Cutter
 from virtualrobot_apps.processes.effects.film import Jet, Spraying, sprayed
-from virtualrobot_apps.processes.part import part_mesh
+from virtualrobot_apps.processes.part import divided, part_mesh
 
 OUT = 0.0002
 """Distance (m) of a coat from the surface that it lies on."""
@@ -88,9 +88,7 @@ def _at(frames: Floats, times: Floats, time: float) -> Floats:
 
 def fine(mesh: trimesh.Trimesh, longest: float) -> trimesh.Trimesh:
     """Return a mesh with edges of a length (m) at most, and of more where it would have too many triangles."""
-    found = mesh.subdivide_to_size(max(longest, float(np.sqrt(16.0 * mesh.area / MOST_FACES))), max_iter=20)
-    assert isinstance(found, trimesh.Trimesh)
-    return found
+    return divided(mesh, max(longest, float(np.sqrt(16.0 * mesh.area / MOST_FACES))))
 
 
 class FilmGrowth:
